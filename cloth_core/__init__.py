@@ -1,0 +1,28 @@
+"""Real-time cloth: the solver of Meyer, Debunne, Desbrun and Barr 2000, and what lies beyond it. Knows no ROS."""
+
+from cloth_core.config import SolverConfig
+from cloth_core.errors import ClothError, InputError, MeshError, SettingError
+from cloth_core.inputs import Grasp, Inputs, Wind
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+from cloth_core.pose import Pose
+from cloth_core.solver import ClothSolver, StepReport
+from cloth_core.state import Grip, State
+
+__all__ = [
+    "ClothError",
+    "ClothMesh",
+    "ClothSolver",
+    "Grasp",
+    "Grip",
+    "InputError",
+    "Inputs",
+    "Material",
+    "MeshError",
+    "Pose",
+    "SettingError",
+    "SolverConfig",
+    "State",
+    "StepReport",
+    "Wind",
+]

@@ -1,0 +1,93 @@
+"""What the world does to the cloth during one step: plain numbers in the world frame, no stamps, no frame names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from cloth_core.errors import InputError
+from cloth_core.pose import Pose
+from cloth_core.settings import Settings, setting
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grasp(Settings):
+    """A gripper or hand: where it is and how far it is closed.
+
+    Closing past ``close_at`` captures the vertices within ``radius`` of the frame's origin and holds
+    them rigidly in that frame; opening below ``open_at`` releases them with the velocity they have.
+    """
+
+    pose: Pose
+    closure: float = setting("float", 0.0, low=0.0, high=1.0, help="0 open .. 1 closed")
+    radius: float = setting("float", 0.03, unit="m", low=1e-4, high=1.0, help="distance within which a closing grasp captures")
+    close_at: float = setting("float", 0.6, low=0.0, high=1.0, help="closure at which an open grasp closes")
+    open_at: float = setting("float", 0.4, low=0.0, high=1.0, help="closure at which a closed grasp opens")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wind(Settings):
+    """Velocity of the air; gusts are smooth in time and place and follow from the seed alone."""
+
+    velocity: tuple[float, float, float] = setting(
+        "vector", (0.0, 0.0, 0.0), size=3, unit="m/s", help="mean velocity of the wind"
+    )
+    gust_intensity: float = setting(
+        "float", 0.0, low=0.0, high=1.0, help="root mean square of the gusts, as a share of the mean speed"
+    )
+    gust_time: float = setting("float", 1.0, unit="s", low=0.05, high=60.0, help="time in which gusts come and go")
+    gust_length: float = setting("float", 2.0, unit="m", low=0.05, high=1000.0, help="size of a gust")
+    gust_seed: int = setting("int", 1, low=0, high=2**31 - 1, help="the same seed gives the same gusts")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs:
+    """Everything that drives one step.
+
+    Args:
+        grasps: grippers by name; one that disappears lets go.
+        wind: the air; no wind by default.
+        obstacles: where declared obstacles stand at the end of the step; those not named stay.
+        gravity: m/s^2.
+    """
+
+    grasps: Mapping[str, Grasp] = field(default_factory=dict)
+    wind: Wind = Wind()
+    obstacles: Mapping[str, Pose] = field(default_factory=dict)
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+
+    def __post_init__(self) -> None:
+        gravity = tuple(float(c) for c in self.gravity)
+        if len(gravity) != 3 or not all(abs(c) <= 1000.0 for c in gravity):
+            raise InputError(f"gravity {gravity} is not three numbers within +-1000 m/s^2")
+        object.__setattr__(self, "gravity", gravity)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Plain lists and numbers; :meth:`from_mapping` gives back bit-equal inputs, through JSON too."""
+        return {
+            "grasps": {name: {**g.as_mapping(), "pose": pose_as_list(g.pose)} for name, g in self.grasps.items()},
+            "wind": self.wind.as_mapping(),
+            "obstacles": {name: pose_as_list(pose) for name, pose in self.obstacles.items()},
+            "gravity": list(self.gravity),
+        }
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> Inputs:
+        """Read what :meth:`as_mapping` wrote."""
+        return cls(
+            grasps={n: Grasp(**{**g, "pose": pose_from_list(g["pose"])}) for n, g in values["grasps"].items()},
+            wind=Wind.from_mapping(values["wind"]),
+            obstacles={name: pose_from_list(pose) for name, pose in values["obstacles"].items()},
+            gravity=tuple(values["gravity"]),
+        )
+
+
+def pose_as_list(pose: Pose) -> list[float]:
+    """Seven numbers: position, then quaternion x, y, z, w."""
+    return [*pose.position, *pose.orientation]
+
+
+def pose_from_list(numbers: list[float]) -> Pose:
+    """The pose that :func:`pose_as_list` wrote."""
+    return Pose(tuple(numbers[:3]), tuple(numbers[3:]))

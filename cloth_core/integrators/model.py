@@ -1,0 +1,109 @@
+"""What both integrators share: the precomputed cloth, the inputs of a substep, and how a substep ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cloth_core.config import SolverConfig
+from cloth_core.kernels import surface
+from cloth_core.linear import ImplicitFilter, stiffness_matrix
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+from cloth_core.obstacles import Obstacle
+from cloth_core.physics.contacts import Contacts
+from cloth_core.physics.momentum import MomentumBalance
+from cloth_core.physics.stretch_limit import StretchLimit
+
+# A sweep that corrects less than this has nothing left to do.
+NEGLIGIBLE_EXCESS = 1e-5
+NEGLIGIBLE_PUSH = 1e-7
+
+
+@dataclass(frozen=True)
+class Substep:
+    """What one substep is given.
+
+    Args:
+        h: s.
+        held: vertices that are pinned or grasped, sorted.
+        target: (len(held), 3) m, where they shall be at the end.
+        flow: (V, 3) m/s, velocity of the air.
+        gravity: (3,) m/s^2.
+        sweeps: most passes over stretch limit and contacts.
+    """
+
+    h: float
+    held: np.ndarray
+    target: np.ndarray
+    flow: np.ndarray
+    gravity: np.ndarray
+    sweeps: int
+
+
+class Model:
+    """A mesh of a material, with everything that is precomputed for one substep length."""
+
+    def __init__(
+        self,
+        mesh: ClothMesh,
+        material: Material,
+        config: SolverConfig,
+        obstacles: Mapping[str, Obstacle],
+        *,
+        h: float,
+        pinned: np.ndarray,
+    ) -> None:
+        self.mesh, self.material, self.config = mesh, material, config
+        self.mass = mesh.vertex_mass(material)
+        self.spring_stiffness = mesh.spring_stiffness(material)
+        self.stiffness = stiffness_matrix(mesh, material)
+        self.filter = ImplicitFilter(self.mass, self.stiffness, h, pinned=pinned, dense_limit=config.dense_limit)
+        self.balance = MomentumBalance(mesh, self.mass)
+        self.limit = StretchLimit(mesh, material, self.mass)
+        self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
+        self.drag = 0.5 * config.air_density * material.drag
+        self.free = np.ones(mesh.vertex_count, dtype=np.bool_)
+        self._area_vector = np.empty((mesh.vertex_count, 3))
+
+    def hold(self, grasped: np.ndarray, held: np.ndarray) -> None:
+        """From now on ``grasped`` vertices are held beside the pinned ones; ``held`` is both."""
+        self.filter.hold(grasped)
+        self.limit.hold(held)
+        self.free[:] = True
+        self.free[held] = False
+
+    def area_vectors(self, position: np.ndarray) -> np.ndarray:
+        """(V, 3) m^2, valid until the next call."""
+        surface.area_vectors(position, self.mesh.triangles, self._area_vector)
+        return self._area_vector
+
+    def limit_stretch_in_contact(self, start: np.ndarray, position: np.ndarray, substep: Substep) -> tuple[int, float]:
+        """The loop at the end of Fig. 4: shorten springs, bring back onto surfaces, repeat; then friction.
+
+        Contacts stand inside the loop so that neither undoes the other.
+
+        Returns:
+            Sweeps done, and the worst excess over the stretch limit met in the last one (a ratio).
+        """
+        self.contacts.find(start, position, substep.h, self.free)
+        sweep, excess = 0, 0.0
+        while sweep < substep.sweeps:
+            excess = self.limit.sweep(position, sweep)
+            pushed = self.contacts.push_out(position)
+            sweep += 1
+            if excess < NEGLIGIBLE_EXCESS and pushed < NEGLIGIBLE_PUSH:
+                break
+        self.contacts.apply_friction(start, position)
+        return sweep, excess
+
+    def final_velocity(self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep) -> np.ndarray:
+        """(V, 3) m/s: the displacement over the substep, damped, with impacts."""
+        new_velocity = (position - start) * (math.exp(-self.material.damping * substep.h) / substep.h)
+        new_velocity[substep.held] = (position[substep.held] - start[substep.held]) / substep.h
+        rest_speed = 3.0 * substep.h * float(np.linalg.norm(substep.gravity))
+        self.contacts.settle_velocity(new_velocity, velocity, position, substep.h, rest_speed)
+        return new_velocity

@@ -1,0 +1,51 @@
+"""Numba kernels: arrays and numbers in, arrays out; no objects, no imports from the rest of the package.
+
+:func:`kernel` compiles without fastmath (it would break NaN checks and bit-equal replays), releases
+the GIL, and caches on disk under a digest of all kernel sources: numba itself does not notice when a
+kernel that another one calls has changed.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+_Function = TypeVar("_Function")
+
+
+@functools.cache
+def cache_folder() -> Path:
+    """Where the compiled kernels of exactly these sources are kept.
+
+    ``NUMBA_CACHE_DIR`` or ``XDG_CACHE_HOME`` move it; a folder that cannot be written falls back to
+    the temporary folder.
+    """
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    base = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(home) / "cloth_core")
+    folder = base / digest.hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError:
+        return Path(tempfile.gettempdir()) / f"cloth_core-{os.getuid()}" / digest.hexdigest()[:16]
+
+
+def kernel(function: _Function) -> _Function:
+    """Compile ``function`` with numba on its first call, cached on disk."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(cache_folder())
+    try:
+        options: dict[str, Any] = dict(cache=True, nogil=True, fastmath=False, error_model="numpy")
+        return numba.njit(**options)(function)
+    finally:
+        numba.config.CACHE_DIR = before

@@ -1,0 +1,145 @@
+"""Springs: forces, the local step of local/global, and the stretch limit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cloth_core.kernels import kernel
+
+
+@kernel
+def add_spring_forces(position, velocity, spring_vertex, rest, stiffness, viscosity_time, force):
+    """Add elastic and viscous spring forces (Fig. 4) to ``force`` (V, 3) N.
+
+    ``viscosity_time`` is the paper's dt in ``k dt (v_j - v_i)``, s.
+    """
+    for s in range(spring_vertex.shape[0]):
+        i = spring_vertex[s, 0]
+        j = spring_vertex[s, 1]
+        dx = position[j, 0] - position[i, 0]
+        dy = position[j, 1] - position[i, 1]
+        dz = position[j, 2] - position[i, 2]
+        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        k = stiffness[s]
+        pull = k * (length - rest[s]) / length if length > 0.0 else 0.0
+        drag = k * viscosity_time
+        fx = pull * dx + drag * (velocity[j, 0] - velocity[i, 0])
+        fy = pull * dy + drag * (velocity[j, 1] - velocity[i, 1])
+        fz = pull * dz + drag * (velocity[j, 2] - velocity[i, 2])
+        force[i, 0] += fx
+        force[i, 1] += fy
+        force[i, 2] += fz
+        force[j, 0] -= fx
+        force[j, 1] -= fy
+        force[j, 2] -= fz
+
+
+@kernel
+def add_rest_lengths(position, spring_vertex, rest, stiffness, scale, right_side):
+    """Add ``scale * k * rest length * direction`` of every spring to ``right_side`` (V, 3).
+
+    The local step of local/global: each spring wishes for its rest length along its present direction.
+    """
+    for s in range(spring_vertex.shape[0]):
+        i = spring_vertex[s, 0]
+        j = spring_vertex[s, 1]
+        dx = position[i, 0] - position[j, 0]
+        dy = position[i, 1] - position[j, 1]
+        dz = position[i, 2] - position[j, 2]
+        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        if length > 0.0:
+            c = scale * stiffness[s] * rest[s] / length
+            right_side[i, 0] += c * dx
+            right_side[i, 1] += c * dy
+            right_side[i, 2] += c * dz
+            right_side[j, 0] -= c * dx
+            right_side[j, 1] -= c * dy
+            right_side[j, 2] -= c * dz
+
+
+@kernel
+def shorten_springs(position, spring_vertex, longest, inverse_mass, backward):
+    """One pass over the springs longer than ``longest`` (S,) m (paper, 3.3.2), in order or ``backward``.
+
+    Both ends move along the spring's axis so that their centre of gravity stays; a vertex whose
+    ``inverse_mass`` is zero stays and the other end moves all the way. Returns the largest excess
+    met, as a share of ``longest``.
+    """
+    count = spring_vertex.shape[0]
+    worst = 0.0
+    for n in range(count):
+        s = count - 1 - n if backward else n
+        i = spring_vertex[s, 0]
+        j = spring_vertex[s, 1]
+        dx = position[j, 0] - position[i, 0]
+        dy = position[j, 1] - position[i, 1]
+        dz = position[j, 2] - position[i, 2]
+        square = dx * dx + dy * dy + dz * dz
+        most = longest[s]
+        if square <= most * most:
+            continue
+        share = inverse_mass[i] + inverse_mass[j]
+        if share == 0.0:
+            continue
+        length = math.sqrt(square)
+        excess = length - most
+        worst = max(worst, excess / most)
+        c = excess / (length * share)
+        a = c * inverse_mass[i]
+        b = c * inverse_mass[j]
+        position[i, 0] += a * dx
+        position[i, 1] += a * dy
+        position[i, 2] += a * dz
+        position[j, 0] -= b * dx
+        position[j, 1] -= b * dy
+        position[j, 2] -= b * dz
+    return worst
+
+
+@kernel
+def largest_stretch(position, spring_vertex, rest, chosen):
+    """Largest length over rest length of the ``chosen`` (S,) springs; 0 if there are none."""
+    worst = 0.0
+    for s in range(spring_vertex.shape[0]):
+        if chosen[s] and rest[s] > 0.0:
+            i = spring_vertex[s, 0]
+            j = spring_vertex[s, 1]
+            dx = position[j, 0] - position[i, 0]
+            dy = position[j, 1] - position[i, 1]
+            dz = position[j, 2] - position[i, 2]
+            worst = max(worst, math.sqrt(dx * dx + dy * dy + dz * dz) / rest[s])
+    return worst
+
+
+@kernel
+def vertex_strain(position, spring_vertex, rest, chosen, strain):
+    """Largest strain (length / rest length - 1) of the chosen springs at each vertex, into ``strain`` (V,)."""
+    strain[:] = -np.inf
+    for s in range(spring_vertex.shape[0]):
+        if chosen[s] and rest[s] > 0.0:
+            i = spring_vertex[s, 0]
+            j = spring_vertex[s, 1]
+            dx = position[j, 0] - position[i, 0]
+            dy = position[j, 1] - position[i, 1]
+            dz = position[j, 2] - position[i, 2]
+            e = math.sqrt(dx * dx + dy * dy + dz * dz) / rest[s] - 1.0
+            strain[i] = max(strain[i], e)
+            strain[j] = max(strain[j], e)
+    for v in range(strain.shape[0]):
+        if strain[v] == -np.inf:
+            strain[v] = 0.0
+
+
+@kernel
+def add_hinge_forces(position, velocity, hinge_vertex, hinge_weight, bend, viscosity_time, force):
+    """Add -Q (x + ``viscosity_time`` v) of the quadratic bending energy to ``force`` (V, 3) N."""
+    for e in range(hinge_vertex.shape[0]):
+        for a in range(3):
+            curl = 0.0
+            for n in range(4):
+                v = hinge_vertex[e, n]
+                curl += hinge_weight[e, n] * (position[v, a] + viscosity_time * velocity[v, a])
+            for n in range(4):
+                force[hinge_vertex[e, n], a] -= bend * curl * hinge_weight[e, n]

@@ -1,0 +1,62 @@
+"""What the cloth is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cloth_core.errors import SettingError
+from cloth_core.settings import Settings, setting
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Material(Settings):
+    """Measured properties of a fabric; stiffnesses are those of the sheet, not of a spring.
+
+    A strip of the cloth of width w pulled with the force F along the warp lengthens by
+    F / (w * stretch_warp) of its length, however finely it is meshed.
+    """
+
+    areal_density: float = setting("float", 0.2, unit="kg/m^2", low=1e-3, high=20.0, help="mass per area")
+    stretch_warp: float = setting(
+        "float", 2000.0, unit="N/m", low=0.1, high=1e7, help="tension per width and strain along the warp (grid columns)"
+    )
+    stretch_weft: float = setting(
+        "float", 2000.0, unit="N/m", low=0.1, high=1e7, help="tension per width and strain along the weft (grid rows)"
+    )
+    shear: float = setting("float", 400.0, unit="N/m", low=0.0, high=1e7, help="resistance to shearing warp against weft")
+    bend: float = setting("float", 5e-5, unit="N m", low=0.0, high=1e3, help="bending stiffness")
+    damping: float = setting("float", 0.0, unit="1/s", low=0.0, high=100.0, help="rate at which motion dies away")
+    stretch_limit: float = setting(
+        "float", 1.03, unit="m/m", low=1.001, high=10.0, help="longest a thread gets, as a multiple of its rest length"
+    )
+    thickness: float = setting("float", 5e-4, unit="m", low=1e-5, high=0.05, help="thickness of the cloth")
+    friction: float = setting("float", 0.3, unit="", low=0.0, high=10.0, help="Coulomb friction coefficient")
+    restitution: float = setting("float", 0.0, unit="", low=0.0, high=1.0, help="normal speed kept by an impact")
+    drag: float = setting("float", 1.2, unit="", low=0.0, high=10.0, help="drag coefficient of a patch held face-on")
+
+    @classmethod
+    def preset(cls, name: str, **changes: Any) -> Material:
+        """A measured fabric by name; keywords change single values.
+
+        Densities, stretching and bending stiffnesses follow Wang, Ramamoorthi and O'Brien 2011,
+        strain limits the values used for cotton, polyester and wool in C-IPC (Li et al. 2021).
+
+        Raises:
+            SettingError: no such preset, or a changed value out of range.
+        """
+        if name not in PRESETS:
+            raise SettingError("preset", f"{name!r} is not one of {', '.join(PRESETS)}")
+        return cls(**{**PRESETS[name], **changes})
+
+
+# Stiffnesses of the stretchy knits are the slopes of the measured curves at small strain.
+PRESETS: dict[str, dict[str, float]] = {
+    "denim": dict(areal_density=0.324, stretch_warp=1014.0, stretch_weft=205.0, shear=100.0, bend=7e-5, stretch_limit=1.06),
+    "dots": dict(areal_density=0.128, stretch_warp=2000.0, stretch_weft=2000.0, shear=100.0, bend=2e-5, stretch_limit=1.06),
+    "interlock": dict(areal_density=0.187, stretch_warp=34.0, stretch_weft=17.0, shear=10.0, bend=2e-5, stretch_limit=1.13),
+    "ponte": dict(areal_density=0.284, stretch_warp=60.0, stretch_weft=40.0, shear=20.0, bend=4e-5, stretch_limit=1.13),
+    "rib": dict(areal_density=0.276, stretch_warp=40.0, stretch_weft=15.0, shear=10.0, bend=3e-5, stretch_limit=1.13),
+    "swim": dict(areal_density=0.204, stretch_warp=60.0, stretch_weft=60.0, shear=25.0, bend=2e-5, stretch_limit=1.13),
+    "tango": dict(areal_density=0.113, stretch_warp=500.0, stretch_weft=500.0, shear=60.0, bend=1e-5, stretch_limit=1.06),
+}

@@ -1,0 +1,1 @@
+"""The terms of a step, one module each: what acts on the cloth and what limits it."""

@@ -1,0 +1,51 @@
+"""Grasps: which vertices a closing gripper captures, and where it carries them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from cloth_core.config import SolverConfig
+from cloth_core.inputs import Grasp
+from cloth_core.pose import Pose
+from cloth_core.state import Grip
+
+
+def update_grips(
+    grips: Mapping[str, Grip], grasps: Mapping[str, Grasp], position: np.ndarray, pinned: np.ndarray
+) -> dict[str, Grip]:
+    """Close and open grippers: capture, keep or release vertices. Poses are not moved here.
+
+    A gripper captures the vertices of ``position`` (V, 3) within its radius that are neither ``pinned`` nor
+    held by another; where two close at once, the first by name has them. Without its grasp a grip is gone.
+    """
+    taken = np.zeros(len(position), dtype=bool)
+    taken[pinned] = True
+    for name in grips.keys() & grasps.keys():
+        if grips[name].closed and grasps[name].closure >= grasps[name].open_at:
+            taken[grips[name].vertex] = True
+    updated = {}
+    for name in sorted(grasps):
+        grasp = grasps[name]
+        grip = grips.get(name) or Grip(grasp.pose)
+        if grip.closed and grasp.closure < grasp.open_at:
+            grip = Grip(grip.pose)
+        elif not grip.closed and grasp.closure >= grasp.close_at:
+            # Capture where the hand is now, not where the speed limit let us follow it to.
+            near = np.linalg.norm(position - grasp.pose.position, axis=1) <= grasp.radius
+            vertex = np.flatnonzero(near & ~taken).astype(np.int32)
+            taken[vertex] = True
+            grip = Grip(grasp.pose, True, vertex, grasp.pose.inverse_apply(position[vertex]))
+        updated[name] = grip
+    return updated
+
+
+def followed_pose(grip: Grip, grasp: Grasp, config: SolverConfig) -> Pose:
+    """Where the grip shall be at the end of the step: at the grasp, or as far toward it as the speed limits let."""
+    if len(grip.vertex) == 0:
+        return grasp.pose
+    way = float(np.linalg.norm(np.subtract(grasp.pose.position, grip.pose.position)))
+    turn = float(np.linalg.norm(grip.pose.rotation_vector_to(grasp.pose)))
+    share = min(1.0, config.max_grasp_speed * config.dt / max(way, 1e-12), config.max_grasp_turn * config.dt / max(turn, 1e-12))
+    return grip.pose.toward(grasp.pose, share)

@@ -1,0 +1,254 @@
+"""ClothSolver: one step is one page of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cloth_core.config import SolverConfig
+from cloth_core.errors import InputError, MeshError
+from cloth_core.inputs import Inputs
+from cloth_core.integrators import BY_NAME, Model, Substep
+from cloth_core.kernels import springs
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+from cloth_core.obstacles import Obstacle
+from cloth_core.physics.drag import flow_at
+from cloth_core.physics.grasping import followed_pose, update_grips
+from cloth_core.pose import Pose
+from cloth_core.state import Grip, State
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """What the last step did.
+
+    Args:
+        sweeps: passes over stretch limit and contacts, per substep; give them to ``step`` to repeat it exactly.
+        residual: worst excess over the stretch limit met in the very last pass (a ratio).
+        max_stretch: largest length over rest length of the limited springs.
+        contacts: pairs of vertex and obstacle in touch at the end.
+        held: vertices pinned or grasped.
+        out_of_time: the caller's clock cut the passes short.
+        wind_capped: the wind was faster than ``max_wind_speed``.
+        teleported: obstacles that moved faster than ``max_obstacle_speed``.
+        slowed: grasps that moved faster than they are followed.
+        recovered: the result was not finite and was replaced by the state before, at rest.
+    """
+
+    sweeps: tuple[int, ...] = ()
+    residual: float = 0.0
+    max_stretch: float = 1.0
+    contacts: int = 0
+    held: int = 0
+    out_of_time: bool = False
+    wind_capped: bool = False
+    teleported: tuple[str, ...] = ()
+    slowed: tuple[str, ...] = ()
+    recovered: bool = False
+
+
+class ClothSolver:
+    """Advances a cloth by fixed steps of ``config.dt``.
+
+    The solver owns what is precomputed (W above all) and work arrays. What moves is in the
+    :class:`State`: the same state and inputs give the same next state, bit for bit.
+
+    Args:
+        mesh: the cloth.
+        material: what it is made of.
+        config: how it is computed.
+        obstacles: what it collides with, by name.
+    """
+
+    def __init__(
+        self,
+        mesh: ClothMesh,
+        material: Material | None = None,
+        config: SolverConfig | None = None,
+        *,
+        obstacles: Mapping[str, Obstacle] | None = None,
+    ) -> None:
+        self.mesh = mesh
+        self.material = material or Material()
+        self.config = config or SolverConfig()
+        self.obstacles = dict(obstacles or {})
+        self.report = StepReport()
+        massless = np.flatnonzero(~(mesh.vertex_mass(self.material) > 0))
+        if len(massless):
+            raise MeshError(f"vertices {massless[:8].tolist()} have no mass: they belong to no triangle")
+        kind = BY_NAME[self.config.integrator]
+        self.substeps = self.config.substeps or kind.substeps
+        self.sweeps = self.config.stretch_sweeps or kind.stretch_sweeps
+        self._pinned = np.zeros(0, dtype=np.int32)
+        self._model: Model | None = None
+        self._flow = np.zeros((mesh.vertex_count, 3))
+
+    @property
+    def pinned(self) -> np.ndarray:
+        """Sorted vertices that stay where they are."""
+        return self._pinned
+
+    @property
+    def representation(self) -> str:
+        """How W is stored: dense, cholespy or superlu."""
+        return self._prepared().filter.representation
+
+    def pin(self, vertices: Sequence[int] | np.ndarray) -> None:
+        """Pin further vertices where the state has them. W is computed anew at the next step.
+
+        Raises:
+            MeshError: a vertex does not exist.
+        """
+        vertices = np.asarray(vertices, dtype=np.int64).ravel()
+        if ((vertices < 0) | (vertices >= self.mesh.vertex_count)).any():
+            raise MeshError(f"cannot pin {vertices.tolist()[:8]}: vertices are 0 .. {self.mesh.vertex_count - 1}")
+        self._pinned = np.union1d(self._pinned, vertices).astype(np.int32)
+        self._model = None
+
+    def unpin(self, vertices: Sequence[int] | np.ndarray | None = None) -> None:
+        """Let pinned vertices go, all of them by default."""
+        gone = self._pinned if vertices is None else np.asarray(vertices)
+        self._pinned = np.setdiff1d(self._pinned, gone).astype(np.int32)
+        self._model = None
+
+    def initial_state(self, pose: Pose | None = None) -> State:
+        """The cloth at rest in its rest shape, placed by ``pose``."""
+        position = np.ascontiguousarray((pose or Pose()).apply(self.mesh.rest_position))
+        return State(position, np.zeros_like(position), obstacles={n: o.pose for n, o in self.obstacles.items()})
+
+    def prepare(self, state: State | None = None) -> None:
+        """Do now what the first step would do: compile kernels and compute W."""
+        before = self.report
+        state = state or self.initial_state()
+        self.step(state, Inputs())
+        self.report = before
+
+    def step(
+        self,
+        state: State,
+        inputs: Inputs,
+        out_of_time: Callable[[], bool] | None = None,
+        sweeps: Sequence[int] | None = None,
+    ) -> State:
+        """Advance by one step of ``config.dt``; ``state`` is left untouched.
+
+        Args:
+            state: where the cloth is.
+            inputs: what acts on it; obstacle poses and grasps are those at the end of the step.
+            out_of_time: the caller's clock, asked between substeps; once true, the rest get one pass each.
+            sweeps: passes per substep of an earlier run, to repeat it whatever the clock said then.
+
+        Raises:
+            InputError: an obstacle that this solver does not have, or ``sweeps`` of another length.
+        """
+        self._check(inputs, sweeps)
+        model = self._prepared()
+        grips = update_grips(state.grips, inputs.grasps, state.position, self._pinned)
+        followed = {name: followed_pose(grip, inputs.grasps[name], self.config) for name, grip in grips.items()}
+        held, grasped = self._hold(model, grips)
+        after = {**state.obstacles, **inputs.obstacles}
+        teleported = model.contacts.begin_step(state.obstacles, after)
+        capped = flow_at(state.position, inputs.wind, state.time, self.config.max_wind_speed, self._flow)
+
+        integrator = BY_NAME[self.config.integrator](model)
+        position, velocity = state.position, state.velocity
+        done: list[int] = []
+        excess, late = 0.0, False
+        for number in range(self.substeps):
+            share = (number + 1) / self.substeps
+            late = late or (out_of_time is not None and number > 0 and out_of_time())
+            allowed = sweeps[number] if sweeps is not None else 1 if late else self.sweeps
+            target = self._targets(state.position, held, grips, followed, share)
+            model.contacts.begin_substep(share)
+            given = Substep(
+                h=self.config.dt / self.substeps,
+                held=held,
+                target=target,
+                flow=self._flow,
+                gravity=np.array(inputs.gravity),
+                sweeps=allowed,
+            )
+            position, velocity, count, excess = integrator.advance(position, velocity, given)
+            done.append(count)
+
+        recovered = not (np.isfinite(position).all() and np.isfinite(velocity).all())
+        if recovered:
+            position, velocity = state.position.copy(), np.zeros_like(state.velocity)
+        mesh = self.mesh
+        self.report = StepReport(
+            sweeps=tuple(done),
+            residual=excess,
+            max_stretch=springs.largest_stretch(position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited),
+            contacts=model.contacts.touching,
+            held=len(held),
+            out_of_time=late,
+            wind_capped=capped,
+            teleported=tuple(teleported),
+            slowed=tuple(name for name in grips if followed[name] != inputs.grasps[name].pose),
+            recovered=recovered,
+        )
+        index = state.step_index + 1
+        return State(
+            position=position,
+            velocity=velocity,
+            step_index=index,
+            time=state.time + self.config.dt,
+            grips={name: Grip(followed[name], g.closed, g.vertex, g.offset) for name, g in grips.items()},
+            obstacles=after,
+        )
+
+    def snapshot(self, state: State) -> dict[str, np.ndarray]:
+        """All that it takes to go on bit-equal from here, as named arrays."""
+        return {**state.as_arrays(), "pinned": self._pinned}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> State:
+        """Back to a :meth:`snapshot` of a solver of the same mesh, material and config.
+
+        Raises:
+            MeshError: the snapshot is of another mesh.
+        """
+        state = State.from_arrays(arrays)
+        if len(state.position) != self.mesh.vertex_count:
+            raise MeshError(f"the snapshot has {len(state.position)} vertices, this cloth {self.mesh.vertex_count}")
+        if not np.array_equal(arrays["pinned"], self._pinned):
+            self._pinned = np.array(arrays["pinned"], dtype=np.int32)
+            self._model = None
+        return state
+
+    def _prepared(self) -> Model:
+        if self._model is None:
+            h = self.config.dt / self.substeps
+            self._model = Model(self.mesh, self.material, self.config, self.obstacles, h=h, pinned=self._pinned)
+            self._model.hold(np.zeros(0, np.int32), self._pinned)
+        return self._model
+
+    def _check(self, inputs: Inputs, sweeps: Sequence[int] | None) -> None:
+        unknown = inputs.obstacles.keys() - self.obstacles.keys()
+        if unknown:
+            known = ", ".join(self.obstacles) or "none"
+            raise InputError(f"no obstacle {', '.join(sorted(unknown))}; this scene has {known}")
+        if sweeps is not None and len(sweeps) != self.substeps:
+            raise InputError(f"{len(sweeps)} sweep counts for {self.substeps} substeps")
+
+    def _hold(self, model: Model, grips: Mapping[str, Grip]) -> tuple[np.ndarray, np.ndarray]:
+        """Tell the model which vertices are held; returns all of them and the grasped ones, sorted."""
+        parts = [grip.vertex for grip in grips.values() if len(grip.vertex)]
+        grasped = np.sort(np.concatenate(parts)).astype(np.int64) if parts else np.zeros(0, np.int64)
+        held = np.union1d(self._pinned, grasped)
+        if not np.array_equal(grasped, model.filter.held):
+            model.hold(grasped, held)
+        return held, grasped
+
+    def _targets(
+        self, position: np.ndarray, held: np.ndarray, grips: Mapping[str, Grip], followed: Mapping[str, Pose], share: float
+    ) -> np.ndarray:
+        """(len(held), 3) m: pinned vertices stay, grasped ones ride in their gripper's frame."""
+        target = position[held]
+        for name, grip in grips.items():
+            if len(grip.vertex):
+                pose = grip.pose.toward(followed[name], share)
+                target[np.searchsorted(held, grip.vertex)] = pose.apply(grip.offset)
+        return target
