@@ -62,6 +62,8 @@ def grid(cls: Any, width: float, height: float, columns: int, rows: int) -> Any:
     hinge_vertex, hinge_weight = hinges(position, triangles)
     names = dict(left=number[:, 0], right=number[:, -1], top=number[-1], bottom=number[0])
     names["corners"] = number[[-1, -1, 0, 0], [0, -1, 0, -1]]
+    for corner, name in zip(names["corners"], ("top_left", "top_right", "bottom_left", "bottom_right"), strict=True):
+        names[name] = corner.reshape(1)
     return cls(
         rest_position=position,
         triangles=triangles,

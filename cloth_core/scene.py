@@ -1,0 +1,240 @@
+"""A scene file: the cloth, its material, how it is computed, and the world around it, validated as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from cloth_core.config import SolverConfig
+from cloth_core.errors import InputError, MeshError, SettingError
+from cloth_core.inputs import Grasp, Inputs, Wind
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+from cloth_core.obstacles import SHAPES, Obstacle
+from cloth_core.pose import Pose
+from cloth_core.script import Script
+from cloth_core.settings import Settings, check_keys, setting
+from cloth_core.solver import ClothSolver
+from cloth_core.state import State
+
+_Part = TypeVar("_Part")
+NAME_RULE = "a name of letters, digits and underscores that begins with a letter"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GridSpec(Settings):
+    """A rectangle of cloth."""
+
+    width: float = setting("float", unit="m", low=1e-3, high=1e3, help="extent along x")
+    height: float = setting("float", unit="m", low=1e-3, high=1e3, help="extent along y")
+    columns: int = setting("int", low=2, high=1000, help="vertices along x")
+    rows: int = setting("int", low=2, high=1000, help="vertices along y")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeshFileSpec(Settings):
+    """A sheet of cloth from a mesh file."""
+
+    file: str = setting("str", help="path, relative to the scene file")
+    scale: float = setting("float", 1.0, unit="m per file unit", low=1e-6, high=1e6, help="size of the file's unit")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View(Settings):
+    """Where pictures of the scene are taken from."""
+
+    eye: tuple[float, float, float] = setting("vector", (1.6, -2.2, 1.2), size=3, unit="m", help="position of the camera")
+    target: tuple[float, float, float] = setting("vector", (0.0, 0.0, 0.5), size=3, unit="m", help="point that it looks at")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """Everything a simulation starts from. :meth:`load` reads it from YAML."""
+
+    mesh: ClothMesh
+    placement: Pose = Pose()
+    material: Material = Material()
+    solver: SolverConfig = SolverConfig()
+    obstacles: Mapping[str, Obstacle] = field(default_factory=dict)
+    inputs: Inputs = Inputs()
+    """What acts before anyone says otherwise; its grasps are the declared grippers, open."""
+    pins: tuple[str, ...] = ()
+    """Vertex groups that stay where they are."""
+    script: Script = Script()
+    view: View = View()
+    name: str = "scene"
+    text: str = ""
+    """The YAML it was read from, for the session."""
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scene:
+        """Read a scene file.
+
+        Raises:
+            SettingError: the file cannot be read, or a value in it is wrong; the message names the file,
+                the key path, the value, the bound and the unit.
+        """
+        path = Path(path)
+        try:
+            text = path.read_text()
+        except (OSError, UnicodeDecodeError) as error:
+            raise SettingError(str(path), f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        return cls.parse(text, source=str(path), folder=path.parent, name=path.stem)
+
+    @classmethod
+    def parse(cls, text: str, *, source: str = "scene", folder: str | Path = ".", name: str = "scene") -> Scene:
+        """Read a scene from YAML text; mesh files are looked up from ``folder``."""
+        try:
+            values = YAML(typ="safe", pure=True).load(text)
+        except YAMLError as error:
+            raise SettingError(source, f"is not valid YAML: {' '.join(str(error).split())}") from None
+        try:
+            return cls._from_mapping(values, Path(folder), name, text)
+        except SettingError as error:
+            raise error.read_from(source) from None
+
+    @classmethod
+    def _from_mapping(cls, values: Any, folder: Path, name: str, text: str) -> Scene:
+        check_keys(values, READERS)
+        if "cloth" not in values:
+            raise SettingError("cloth", "is missing: a section with grid or mesh")
+        read = {key: _read(key, READERS[key], values[key], folder) for key in values}
+        mesh, placement = read.pop("cloth")
+        named = read.pop("groups", {})
+        for group, members in named.items():
+            if max(members, default=0) >= mesh.vertex_count:
+                raise SettingError(f"groups.{group}", f"vertex {max(members)} is not 0 .. {mesh.vertex_count - 1}")
+            mesh.groups[group] = np.array(members, np.int32)  # type: ignore[index]
+        for group in read.get("pins", ()):
+            if group not in mesh.groups:
+                raise SettingError("pins", f"no vertex group {group!r}; this cloth has {', '.join(sorted(mesh.groups)) or 'none'}")
+        script: Script = read.get("script", Script())
+        for part, declared in (("obstacles", read.get("obstacles", {})), ("grasps", read.get("grasps", {}))):
+            for unknown in getattr(script, part).keys() - declared.keys():
+                raise SettingError(f"script.{part}.{unknown}", f"the scene declares no such name under {part}")
+        inputs = Inputs(
+            grasps=read.pop("grasps", {}),
+            wind=read.pop("wind", Wind()),
+            gravity=read.pop("gravity", Inputs().gravity),
+        )
+        return cls(mesh=mesh, placement=placement, inputs=inputs, name=name, text=text, **read)
+
+    def build(self) -> tuple[ClothSolver, State]:
+        """A solver with the scene's pins, and the state that it starts from."""
+        solver = ClothSolver(self.mesh, self.material, self.solver, obstacles=self.obstacles)
+        for group in self.pins:
+            solver.pin(self.mesh.group(group))
+        return solver, solver.initial_state(self.placement)
+
+
+def _read(key: str, reader: Callable[[Any, Path], _Part], values: Any, folder: Path) -> _Part:
+    try:
+        return reader(values, folder)
+    except SettingError as error:
+        raise error.under(key) from None
+    except (InputError, MeshError) as error:
+        raise SettingError(key, str(error)) from None
+
+
+def _cloth(values: Any, folder: Path) -> tuple[ClothMesh, Pose]:
+    check_keys(values, ("grid", "mesh", "position", "orientation"))
+    if ("grid" in values) == ("mesh" in values):
+        raise SettingError("", "needs either grid or mesh")
+    if "grid" in values:
+        grid = _read("grid", lambda v, _: GridSpec.from_mapping(v), values["grid"], folder)
+        mesh = ClothMesh.grid(width=grid.width, height=grid.height, columns=grid.columns, rows=grid.rows)
+    else:
+        file = _read("mesh", lambda v, _: MeshFileSpec.from_mapping(v), values["mesh"], folder)
+        mesh = ClothMesh.load(folder / file.file, scale=file.scale)
+    at, turned = _numbers(values, "position", 3, (0, 0, 0)), _numbers(values, "orientation", 4, (0, 0, 0, 1))
+    return mesh, Pose(at, turned)  # type: ignore[arg-type]
+
+
+def _numbers(values: Mapping[str, Any], key: str, size: int, default: tuple[float, ...]) -> tuple[float, ...]:
+    unit = "m (position)" if size == 3 else "(quaternion x, y, z, w)"
+    given = values.get(key, default)
+    good = isinstance(given, (list, tuple)) and len(given) == size
+    if not good or any(isinstance(n, bool) or not isinstance(n, (int, float)) for n in given):
+        raise SettingError(key, f"{given!r} is not {size} numbers {unit}")
+    return tuple(float(n) for n in given)
+
+
+def _material(values: Any, folder: Path) -> Material:
+    if isinstance(values, Mapping) and "preset" in values:
+        changes = {key: value for key, value in values.items() if key != "preset"}
+        check_keys(changes, [name for name, _ in Material.settings()])
+        return Material.preset(values["preset"], **changes)
+    return Material.from_mapping(values)
+
+
+def _named(values: Any, read: Callable[[Any], _Part]) -> dict[str, _Part]:
+    if not isinstance(values, Mapping):
+        raise SettingError("", f"{values!r} is not a section of names")
+    parts = {}
+    for name, given in values.items():
+        if not isinstance(name, str) or not (name.isascii() and name.replace("_", "a").isalnum() and name[0].isalpha()):
+            raise SettingError(str(name), f"is not {NAME_RULE}")
+        try:
+            parts[name] = read(given)
+        except SettingError as error:
+            raise error.under(name) from None
+    return parts
+
+
+def _obstacle(values: Any) -> Obstacle:
+    check_keys(values, SHAPES)
+    if len(values) != 1:
+        raise SettingError("", f"needs exactly one shape of {', '.join(SHAPES)}")
+    ((shape, given),) = values.items()
+    try:
+        obstacle = SHAPES[shape].from_mapping(given)
+        _ = obstacle.pose
+        return obstacle
+    except SettingError as error:
+        raise error.under(shape) from None
+    except InputError as error:
+        raise SettingError(f"{shape}.orientation", str(error)) from None
+
+
+def _grasp(values: Any) -> Grasp:
+    check_keys(values or {}, ("radius", "close_at", "open_at", "position"))
+    at = _numbers(values or {}, "position", 3, (0, 0, 0))
+    settings = {key: value for key, value in (values or {}).items() if key != "position"}
+    grasp = Grasp(pose=Pose(at), **settings)  # type: ignore[arg-type]
+    if grasp.open_at >= grasp.close_at:
+        raise SettingError("open_at", f"{grasp.open_at:g} must be less than close_at, {grasp.close_at:g}")
+    return grasp
+
+
+def _pins(values: Any, folder: Path) -> tuple[str, ...]:
+    if not isinstance(values, list) or not all(isinstance(name, str) for name in values):
+        raise SettingError("", f"{values!r} is not a list of vertex groups")
+    return tuple(values)
+
+
+def _group(values: Any) -> list[int]:
+    if not isinstance(values, list) or not all(isinstance(n, int) and not isinstance(n, bool) and n >= 0 for n in values):
+        raise SettingError("", f"{values!r} is not a list of vertex numbers")
+    return values
+
+
+READERS: dict[str, Callable[[Any, Path], Any]] = {
+    "cloth": _cloth,
+    "material": _material,
+    "solver": lambda values, _: SolverConfig.from_mapping(values),
+    "obstacles": lambda values, _: _named(values, _obstacle),
+    "grasps": lambda values, _: _named(values, _grasp),
+    "wind": lambda values, _: Wind.from_mapping(values),
+    "gravity": lambda values, _: _numbers({"gravity": values}, "gravity", 3, (0, 0, 0)),
+    "groups": lambda values, _: _named(values, _group),
+    "pins": _pins,
+    "script": lambda values, _: Script.from_mapping(values),
+    "view": lambda values, _: View.from_mapping(values),
+}
+"""The sections of a scene file and what reads each."""
