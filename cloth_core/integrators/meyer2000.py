@@ -1,9 +1,10 @@
 """The step of Meyer, Debunne, Desbrun and Barr 2000, Fig. 4, with its errors mended.
 
 What differs from the print, and why: pins are eliminated from W (else a hanging cloth sags by half as much
-again); gravity is a force and goes through the filter; masses are lumped per vertex, A = M - dt^2 H staying
-symmetric; the angular correction carries the inverse inertia (without it the step explodes); drag acts per
-area; friction limits displacements, since the velocity it would attenuate is overwritten.
+again); gravity and drag are forces and go through the filter with the others (else they balance the springs
+at a wrong shape); masses are lumped per vertex, A = M - dt^2 H staying symmetric; the angular correction carries
+the inverse inertia (without it the step explodes); drag acts per area; friction limits displacements, since the
+velocity it would attenuate is overwritten.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ class Meyer2000:
             New position, new velocity, sweeps done, worst excess over the stretch limit in the last sweep.
         """
         model, dt = self.model, substep.h
-        force = self.internal_forces(position, velocity, dt) + model.mass[:, None] * substep.gravity
+        outer = self.secondary_forces(position, substep) + model.mass[:, None] * substep.gravity
+        force = self.internal_forces(position, velocity, dt) + outer
         moved = position + dt * self.filtered_velocity(force, position, velocity, substep)
-        inertial = position + dt * velocity + dt * dt * substep.gravity
+        inertial = position + dt * velocity + dt * dt * outer / model.mass[:, None]
         model.balance.correct(position, inertial, moved, substep.held)
-        moved += self.secondary_forces(position, substep) * (dt * dt / model.mass[:, None])
         moved[substep.held] = substep.target
         sweeps, excess = model.limit_stretch_in_contact(position, moved, substep)
         return moved, model.final_velocity(position, velocity, moved, substep), sweeps, excess
@@ -58,7 +59,7 @@ class Meyer2000:
         return velocity + change
 
     def secondary_forces(self, position: np.ndarray, substep: Substep) -> np.ndarray:
-        """Wind, explicit and from the flow alone as in section 4.1, (V, 3) N."""
+        """Wind, from the flow alone as in section 4.1, (V, 3) N."""
         self._force[:] = 0.0
         surface.add_drag_of_flow(substep.flow, self.model.area_vectors(position), self.model.drag, self._force)
         return self._force

@@ -82,7 +82,7 @@ class Model:
         return self._area_vector
 
     def limit_stretch_in_contact(self, start: np.ndarray, position: np.ndarray, substep: Substep) -> tuple[int, float]:
-        """The loop at the end of Fig. 4: shorten springs, bring back onto surfaces, repeat; then friction.
+        """The loop at the end of Fig. 4: shorten springs, bring back onto surfaces with friction, repeat.
 
         Contacts stand inside the loop so that neither undoes the other.
 
@@ -94,10 +94,10 @@ class Model:
         while sweep < substep.sweeps:
             excess = self.limit.sweep(position, sweep)
             pushed = self.contacts.push_out(position)
+            self.contacts.apply_friction(start, position)
             sweep += 1
             if excess < NEGLIGIBLE_EXCESS and pushed < NEGLIGIBLE_PUSH:
                 break
-        self.contacts.apply_friction(start, position)
         return sweep, excess
 
     def final_velocity(self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep) -> np.ndarray:

@@ -179,10 +179,11 @@ def surface_displacement(x, y, z, origin, origin_before, turn):
 
 
 @kernel
-def apply_friction(start, position, origin, origin_before, turn, friction, pair_vertex, pair_obstacle, pushed, normal):
-    """Coulomb: take back at most friction * ``pushed`` of the tangential way relative to the surface.
+def apply_friction(start, position, origin, origin_before, turn, friction, pair_vertex, pair_obstacle, pushed, normal, spent):
+    """Coulomb: take back the tangential way relative to the surface, friction * ``pushed`` in all at most.
 
-    In displacements, not velocities: there it would creep. ``friction`` (O,) is that of each obstacle.
+    In displacements, not velocities: there it would creep. ``friction`` (O,) is that of each obstacle,
+    ``spent`` (P,) m what earlier sweeps of the substep took back already.
     """
     for p in range(pair_vertex.shape[0]):
         if pushed[p] <= 0.0:
@@ -196,11 +197,14 @@ def apply_friction(start, position, origin, origin_before, turn, friction, pair_
         along = wx * nx + wy * ny + wz * nz
         wx, wy, wz = wx - along * nx, wy - along * ny, wz - along * nz
         way = math.sqrt(wx * wx + wy * wy + wz * wz)
-        most = friction[o] * pushed[p]
-        share = 1.0 if way <= most else most / way
-        position[v, 0] -= share * wx
-        position[v, 1] -= share * wy
-        position[v, 2] -= share * wz
+        most = max(0.0, friction[o] * pushed[p] - spent[p])
+        if way > 0.0 and most > 0.0:
+            taken = min(way, most)
+            share = taken / way
+            spent[p] += taken
+            position[v, 0] -= share * wx
+            position[v, 1] -= share * wy
+            position[v, 2] -= share * wz
 
 
 @kernel

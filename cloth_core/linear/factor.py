@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.linalg import splu
+
+from cloth_core.kernels.dense import transposed_product
 
 try:
     import cholespy
@@ -23,20 +24,6 @@ class Factor(Protocol):
     def solve(self, right_side: np.ndarray) -> np.ndarray:
         """The (N, M) solution for an (N, M) right-hand side."""
         ...
-
-
-class DenseInverse:
-    """The inverse itself, as the paper stores W: one matrix product a solve, best for small cloths."""
-
-    name = "dense"
-
-    def __init__(self, matrix: csr_matrix) -> None:
-        inverse = cho_solve(cho_factor(matrix.toarray()), np.eye(matrix.shape[0]))
-        self._inverse = 0.5 * (inverse + inverse.T)
-
-    def solve(self, right_side: np.ndarray) -> np.ndarray:
-        """One matrix product."""
-        return self._inverse @ right_side
 
 
 class SuperLU:
@@ -75,8 +62,24 @@ class SparseCholesky:
         return solution
 
 
+class DenseInverse:
+    """The inverse itself, as the paper stores W: one matrix product a solve, best for small cloths."""
+
+    name = "dense"
+
+    def __init__(self, matrix: csr_matrix) -> None:
+        inverse = _sparse(matrix).solve(np.eye(matrix.shape[0]))
+        self._inverse = 0.5 * (inverse + inverse.T)
+
+    def solve(self, right_side: np.ndarray) -> np.ndarray:
+        """One matrix product."""
+        return transposed_product(self._inverse, right_side)  # symmetric
+
+
+def _sparse(matrix: csr_matrix) -> Factor:
+    return SparseCholesky(matrix) if cholespy is not None else SuperLU(matrix)
+
+
 def factorise(matrix: csr_matrix, dense_limit: int) -> Factor:
     """The representation that is fastest at this size: dense up to ``dense_limit`` rows."""
-    if matrix.shape[0] <= dense_limit:
-        return DenseInverse(matrix)
-    return SparseCholesky(matrix) if cholespy is not None else SuperLU(matrix)
+    return DenseInverse(matrix) if matrix.shape[0] <= dense_limit else _sparse(matrix)

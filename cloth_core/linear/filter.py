@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_matrix, diags
 
+from cloth_core.kernels import dense
 from cloth_core.linear.factor import factorise
 
 
@@ -52,8 +52,9 @@ class ImplicitFilter:
         unit = np.zeros((len(self._free), len(rows)))
         unit[rows, np.arange(len(rows))] = 1.0
         self._held_row = rows
-        self._response = self._factor.solve(unit)
-        self._schur = cho_factor(self._response[rows])
+        response = self._factor.solve(unit)
+        self._response = np.ascontiguousarray(response.T)
+        self._schur = dense.cholesky(np.ascontiguousarray(response[rows]))
 
     def solve(self, right_side: np.ndarray, x: np.ndarray) -> None:
         """Overwrite the free rows of ``x`` (V, 3) with the solution for ``right_side`` (V, 3).
@@ -66,8 +67,8 @@ class ImplicitFilter:
         solution = self._factor.solve(b)
         if len(self.held):
             wanted = x[self.held]
-            force = cho_solve(self._schur, wanted - solution[self._held_row], check_finite=False)
-            solution += self._response @ force
+            force = dense.cholesky_solve(self._schur, wanted - solution[self._held_row])
+            solution += dense.transposed_product(self._response, force)
             solution[self._held_row] = wanted
         if self._all_free:
             x[:] = solution

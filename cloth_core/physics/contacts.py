@@ -37,6 +37,7 @@ class Contacts:
         self._pair_obstacle = np.zeros(vertex_count * count, dtype=np.int32)
         self._pair_depth = np.zeros(vertex_count * count)
         self._pushed = np.zeros(vertex_count * count)
+        self._spent = np.zeros(vertex_count * count)
         self._normal = np.zeros((vertex_count * count, 3))
         self._pairs = 0
 
@@ -90,6 +91,7 @@ class Contacts:
             self._shell, self._config.max_push_speed * h, free, self._pair_vertex, self._pair_obstacle, self._pair_depth,
         )  # fmt: skip
         self._pushed[: self._pairs] = 0.0
+        self._spent[: self._pairs] = 0.0
 
     @property
     def touching(self) -> int:
@@ -107,12 +109,15 @@ class Contacts:
         )  # fmt: skip
 
     def apply_friction(self, start: np.ndarray, position: np.ndarray) -> None:
-        """Coulomb friction against the surfaces, which may move, on the displacement from ``start``; in place."""
+        """Coulomb friction against the surfaces, which may move, on the displacement from ``start``; in place.
+
+        To be called after every push: the friction of a substep is bounded by all of its pushes together.
+        """
         n = self._pairs
         if n:
             kernels.apply_friction(
                 start, position, self._origin, self._origin_before, self._turn, self._friction,
-                self._pair_vertex[:n], self._pair_obstacle[:n], self._pushed[:n], self._normal[:n],
+                self._pair_vertex[:n], self._pair_obstacle[:n], self._pushed[:n], self._normal[:n], self._spent[:n],
             )  # fmt: skip
 
     def settle_velocity(self, velocity: np.ndarray, before: np.ndarray, position: np.ndarray, h: float, rest_speed: float) -> None:
