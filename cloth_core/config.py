@@ -18,7 +18,10 @@ class SolverConfig(Settings):
 
     dt: float = setting("float", 0.02, unit="s", low=1e-3, high=0.1, help="time that one step advances")
     integrator: str = setting(
-        "str", "implicit_euler", choices=INTEGRATORS, help="implicit_euler: local/global on W; meyer2000: the paper's step"
+        "str",
+        "implicit_euler",
+        choices=INTEGRATORS,
+        help="implicit_euler: local/global on W; meyer2000: the paper's step",
     )
     substeps: int = setting("int", 0, low=0, high=200, help="substeps in a step; 0: the integrator's own")
     iterations: int = setting("int", 0, low=0, high=200, help="solves with W in a substep; 0: the integrator's own")
@@ -26,7 +29,12 @@ class SolverConfig(Settings):
         "int", 0, low=0, high=500, help="passes over the overlong springs in a substep; 0: the integrator's own"
     )
     contact_shell: float = setting(
-        "float", 0.005, unit="m", low=1e-4, high=0.1, help="distance that the cloth keeps from obstacles (the paper's epsilon)"
+        "float",
+        0.005,
+        unit="m",
+        low=1e-4,
+        high=0.1,
+        help="distance that the cloth keeps from obstacles (the paper's epsilon)",
     )
     dense_limit: int = setting(
         "int", 450, low=0, high=5000, help="vertices up to which W is stored as a dense inverse; above, a sparse factor"
@@ -41,7 +49,14 @@ class SolverConfig(Settings):
         "float", 2.0, unit="m/s", low=0.01, high=100.0, help="fastest that a contact pushes out what is already inside"
     )
     max_obstacle_speed: float = setting(
-        "float", 10.0, unit="m/s", low=0.01, high=1000.0, help="an obstacle that moves faster is teleported: it drags nothing along"
+        "float",
+        10.0,
+        unit="m/s",
+        low=0.01,
+        high=1000.0,
+        help="an obstacle that moves faster is teleported: it drags nothing along",
     )
     max_wind_speed: float = setting("float", 40.0, unit="m/s", low=0.0, high=200.0, help="wind above this is capped")
-    air_density: float = setting("float", 1.2, unit="kg/m^3", low=0.0, high=2000.0, help="density of the medium around the cloth")
+    air_density: float = setting(
+        "float", 1.2, unit="kg/m^3", low=0.0, high=2000.0, help="density of the medium around the cloth"
+    )

@@ -21,7 +21,9 @@ class Grasp(Settings):
 
     pose: Pose
     closure: float = setting("float", 0.0, low=0.0, high=1.0, help="0 open .. 1 closed")
-    radius: float = setting("float", 0.03, unit="m", low=1e-4, high=1.0, help="distance within which a closing grasp captures")
+    radius: float = setting(
+        "float", 0.03, unit="m", low=1e-4, high=1.0, help="distance within which a closing grasp captures"
+    )
     close_at: float = setting("float", 0.6, low=0.0, high=1.0, help="closure at which an open grasp closes")
     open_at: float = setting("float", 0.4, low=0.0, high=1.0, help="closure at which a closed grasp opens")
 

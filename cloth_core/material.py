@@ -19,12 +19,19 @@ class Material(Settings):
 
     areal_density: float = setting("float", 0.2, unit="kg/m^2", low=1e-3, high=20.0, help="mass per area")
     stretch_warp: float = setting(
-        "float", 2000.0, unit="N/m", low=0.1, high=1e7, help="tension per width and strain along the warp (grid columns)"
+        "float",
+        2000.0,
+        unit="N/m",
+        low=0.1,
+        high=1e7,
+        help="tension per width and strain along the warp (grid columns)",
     )
     stretch_weft: float = setting(
         "float", 2000.0, unit="N/m", low=0.1, high=1e7, help="tension per width and strain along the weft (grid rows)"
     )
-    shear: float = setting("float", 400.0, unit="N/m", low=0.0, high=1e7, help="resistance to shearing warp against weft")
+    shear: float = setting(
+        "float", 400.0, unit="N/m", low=0.0, high=1e7, help="resistance to shearing warp against weft"
+    )
     bend: float = setting("float", 5e-5, unit="N m", low=0.0, high=1e3, help="bending stiffness")
     damping: float = setting("float", 0.0, unit="1/s", low=0.0, high=100.0, help="rate at which motion dies away")
     stretch_limit: float = setting(
@@ -52,11 +59,19 @@ class Material(Settings):
 
 # Stiffnesses of the stretchy knits are the slopes of the measured curves at small strain.
 PRESETS: dict[str, dict[str, float]] = {
-    "denim": dict(areal_density=0.324, stretch_warp=1014.0, stretch_weft=205.0, shear=100.0, bend=7e-5, stretch_limit=1.06),
-    "dots": dict(areal_density=0.128, stretch_warp=2000.0, stretch_weft=2000.0, shear=100.0, bend=2e-5, stretch_limit=1.06),
-    "interlock": dict(areal_density=0.187, stretch_warp=34.0, stretch_weft=17.0, shear=10.0, bend=2e-5, stretch_limit=1.13),
+    "denim": dict(
+        areal_density=0.324, stretch_warp=1014.0, stretch_weft=205.0, shear=100.0, bend=7e-5, stretch_limit=1.06
+    ),
+    "dots": dict(
+        areal_density=0.128, stretch_warp=2000.0, stretch_weft=2000.0, shear=100.0, bend=2e-5, stretch_limit=1.06
+    ),
+    "interlock": dict(
+        areal_density=0.187, stretch_warp=34.0, stretch_weft=17.0, shear=10.0, bend=2e-5, stretch_limit=1.13
+    ),
     "ponte": dict(areal_density=0.284, stretch_warp=60.0, stretch_weft=40.0, shear=20.0, bend=4e-5, stretch_limit=1.13),
     "rib": dict(areal_density=0.276, stretch_warp=40.0, stretch_weft=15.0, shear=10.0, bend=3e-5, stretch_limit=1.13),
     "swim": dict(areal_density=0.204, stretch_warp=60.0, stretch_weft=60.0, shear=25.0, bend=2e-5, stretch_limit=1.13),
-    "tango": dict(areal_density=0.113, stretch_warp=500.0, stretch_weft=500.0, shear=60.0, bend=1e-5, stretch_limit=1.06),
+    "tango": dict(
+        areal_density=0.113, stretch_warp=500.0, stretch_weft=500.0, shear=60.0, bend=1e-5, stretch_limit=1.06
+    ),
 }

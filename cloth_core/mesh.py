@@ -113,7 +113,8 @@ class ClothMesh:
             rows: vertices along y, at least 2.
 
         Groups are ``left``, ``right``, ``top``, ``bottom``, ``corners`` (in the order ``top_left``,
-        ``top_right``, ``bottom_left``, ``bottom_right``) and each corner by that name. Vertex numbers run along x first, from the bottom row up.
+        ``top_right``, ``bottom_left``, ``bottom_right``) and each corner by that name. Vertex numbers run
+        along x first, from the bottom row up.
 
         Raises:
             MeshError: fewer than 2 columns or rows, or an extent that is not positive.

@@ -24,7 +24,9 @@ class Obstacle(Settings):
 
     kind: ClassVar[int]
 
-    center: tuple[float, float, float] = setting("vector", (0.0, 0.0, 0.0), size=3, unit="m", help="position at the start")
+    center: tuple[float, float, float] = setting(
+        "vector", (0.0, 0.0, 0.0), size=3, unit="m", help="position at the start"
+    )
     orientation: tuple[float, float, float, float] = setting(
         "vector", (0.0, 0.0, 0.0, 1.0), size=4, low=-1.0, high=1.0, help="quaternion x, y, z, w at the start"
     )
@@ -53,7 +55,9 @@ class Plane(Obstacle):
     """Everything below the frame's x-y plane is solid; ``normal`` turns the frame's z axis to it."""
 
     kind: ClassVar[int] = PLANE
-    normal: tuple[float, float, float] = setting("vector", (0.0, 0.0, 1.0), size=3, help="direction that faces the cloth")
+    normal: tuple[float, float, float] = setting(
+        "vector", (0.0, 0.0, 1.0), size=3, help="direction that faces the cloth"
+    )
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
@@ -101,7 +105,9 @@ class Box(Obstacle):
     """A cuboid."""
 
     kind: ClassVar[int] = BOX
-    extents: tuple[float, float, float] = setting("vector", help="full edge lengths", size=3, unit="m", low=1e-4, high=1e3)
+    extents: tuple[float, float, float] = setting(
+        "vector", help="full edge lengths", size=3, unit="m", low=1e-4, high=1e3
+    )
 
     @property
     def size(self) -> tuple[float, float, float]:
@@ -138,7 +144,9 @@ class Ellipsoid(Obstacle):
     """An ellipsoid along the frame's axes."""
 
     kind: ClassVar[int] = ELLIPSOID
-    radii: tuple[float, float, float] = setting("vector", help="semi-axes along x, y, z", size=3, unit="m", low=1e-3, high=1e3)
+    radii: tuple[float, float, float] = setting(
+        "vector", help="semi-axes along x, y, z", size=3, unit="m", low=1e-3, high=1e3
+    )
 
     @property
     def size(self) -> tuple[float, float, float]:

@@ -49,8 +49,12 @@ class MeshFileSpec(Settings):
 class View(Settings):
     """Where pictures of the scene are taken from."""
 
-    eye: tuple[float, float, float] = setting("vector", (1.6, -2.2, 1.2), size=3, unit="m", help="position of the camera")
-    target: tuple[float, float, float] = setting("vector", (0.0, 0.0, 0.5), size=3, unit="m", help="point that it looks at")
+    eye: tuple[float, float, float] = setting(
+        "vector", (1.6, -2.2, 1.2), size=3, unit="m", help="position of the camera"
+    )
+    target: tuple[float, float, float] = setting(
+        "vector", (0.0, 0.0, 0.5), size=3, unit="m", help="point that it looks at"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +117,9 @@ class Scene:
             mesh.groups[group] = np.array(members, np.int32)  # type: ignore[index]
         for group in read.get("pins", ()):
             if group not in mesh.groups:
-                raise SettingError("pins", f"no vertex group {group!r}; this cloth has {', '.join(sorted(mesh.groups)) or 'none'}")
+                raise SettingError(
+                    "pins", f"no vertex group {group!r}; this cloth has {', '.join(sorted(mesh.groups)) or 'none'}"
+                )
         script: Script = read.get("script", Script())
         for part, declared in (("obstacles", read.get("obstacles", {})), ("grasps", read.get("grasps", {}))):
             for unknown in getattr(script, part).keys() - declared.keys():
@@ -219,7 +225,9 @@ def _pins(values: Any, folder: Path) -> tuple[str, ...]:
 
 
 def _group(values: Any) -> list[int]:
-    if not isinstance(values, list) or not all(isinstance(n, int) and not isinstance(n, bool) and n >= 0 for n in values):
+    if not isinstance(values, list) or not all(
+        isinstance(n, int) and not isinstance(n, bool) and n >= 0 for n in values
+    ):
         raise SettingError("", f"{values!r} is not a list of vertex numbers")
     return values
 

@@ -32,7 +32,9 @@ class WindKey(Settings):
     """The mean wind at one time."""
 
     at: float = setting("float", unit="s", low=0.0, high=1e5, help="time of the keyframe in the script")
-    velocity: tuple[float, float, float] = setting("vector", size=3, unit="m/s", low=-200.0, high=200.0, help="mean wind then")
+    velocity: tuple[float, float, float] = setting(
+        "vector", size=3, unit="m/s", low=-200.0, high=200.0, help="mean wind then"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

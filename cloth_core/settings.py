@@ -130,7 +130,11 @@ class Settings:
         known = {field.name: field for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
         check_keys(values, known)
         for name, field in known.items():
-            if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING and name not in values:
+            if (
+                field.default is dataclasses.MISSING
+                and field.default_factory is dataclasses.MISSING
+                and name not in values
+            ):
                 raise SettingError(name, f"is missing: {field.metadata['setting'].allowed}")
         return cls(**values)
 

@@ -148,7 +148,7 @@ class ClothSolver:
         model = self._prepared()
         grips = update_grips(state.grips, inputs.grasps, state.position, self._pinned)
         followed = {name: followed_pose(grip, inputs.grasps[name], self.config) for name, grip in grips.items()}
-        held, grasped = self._hold(model, grips)
+        held = self._hold(model, grips)
         after = {**state.obstacles, **inputs.obstacles}
         teleported = model.contacts.begin_step(state.obstacles, after)
         capped = flow_at(state.position, inputs.wind, state.time, self.config.max_wind_speed, self._flow)
@@ -233,17 +233,22 @@ class ClothSolver:
         if sweeps is not None and len(sweeps) != self.substeps:
             raise InputError(f"{len(sweeps)} sweep counts for {self.substeps} substeps")
 
-    def _hold(self, model: Model, grips: Mapping[str, Grip]) -> tuple[np.ndarray, np.ndarray]:
-        """Tell the model which vertices are held; returns all of them and the grasped ones, sorted."""
+    def _hold(self, model: Model, grips: Mapping[str, Grip]) -> np.ndarray:
+        """Tell the model which vertices are held; returns them, pinned and grasped, sorted."""
         parts = [grip.vertex for grip in grips.values() if len(grip.vertex)]
         grasped = np.sort(np.concatenate(parts)).astype(np.int64) if parts else np.zeros(0, np.int64)
         held = np.union1d(self._pinned, grasped)
         if not np.array_equal(grasped, model.filter.held):
             model.hold(grasped, held)
-        return held, grasped
+        return held
 
     def _targets(
-        self, position: np.ndarray, held: np.ndarray, grips: Mapping[str, Grip], followed: Mapping[str, Pose], share: float
+        self,
+        position: np.ndarray,
+        held: np.ndarray,
+        grips: Mapping[str, Grip],
+        followed: Mapping[str, Pose],
+        share: float,
     ) -> np.ndarray:
         """(len(held), 3) m: pinned vertices stay, grasped ones ride in their gripper's frame."""
         target = position[held]

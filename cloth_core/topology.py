@@ -157,7 +157,11 @@ def net(
     weight = np.zeros((len(springs), 4))
     weight[:, GIVEN] = stiffness
     masses = np.broadcast_to(np.asarray(mass, float), len(position)).copy()
-    for kind, values, least in (("mass (kg)", masses, 1e-12), ("stiffness (N/m)", weight[:, GIVEN], 0.0), ("rest length (m)", rest, 0.0)):
+    for kind, values, least in (
+        ("mass (kg)", masses, 1e-12),
+        ("stiffness (N/m)", weight[:, GIVEN], 0.0),
+        ("rest length (m)", rest, 0.0),
+    ):
         bad = np.flatnonzero(~(np.isfinite(values) & (values >= least)))
         if len(bad):
             raise MeshError(f"{kind} must be a number of at least {least:g}; wrong at {_some(bad)}")
@@ -215,8 +219,12 @@ def hinges(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
     x0, x1, x2, x3 = (position[v] for v in (v0, v1, v2, v3))
     at0_first, at0_second = _cotangent(x1 - x0, x2 - x0), _cotangent(x1 - x0, x3 - x0)
     at1_first, at1_second = _cotangent(x0 - x1, x2 - x1), _cotangent(x0 - x1, x3 - x1)
-    k = np.stack([at1_first + at1_second, at0_first + at0_second, -at0_first - at1_first, -at0_second - at1_second], axis=1)
-    area = 0.5 * (np.linalg.norm(np.cross(x1 - x0, x2 - x0), axis=1) + np.linalg.norm(np.cross(x1 - x0, x3 - x0), axis=1))
+    k = np.stack(
+        [at1_first + at1_second, at0_first + at0_second, -at0_first - at1_first, -at0_second - at1_second], axis=1
+    )
+    area = 0.5 * (
+        np.linalg.norm(np.cross(x1 - x0, x2 - x0), axis=1) + np.linalg.norm(np.cross(x1 - x0, x3 - x0), axis=1)
+    )
     vertices = np.stack([v0, v1, v2, v3], axis=1).astype(np.int32).reshape(-1, 4)
     return vertices, k / np.sqrt(area)[:, None]
 

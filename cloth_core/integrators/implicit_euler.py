@@ -13,7 +13,6 @@ import numpy as np
 from cloth_core.integrators.model import Model, Substep
 from cloth_core.kernels import springs, surface
 
-
 # One iteration leaves a cloth in contact trembling; two let it come to rest. A whip or a gust that turns springs
 # within a substep needs more, or it gains energy. An update below this share of the mean spring length is the last.
 LEAST_ITERATIONS = 2
@@ -35,7 +34,9 @@ class ImplicitEuler:
         self._before = np.empty_like(self._force)
         self._right_side = np.empty_like(self._force)
 
-    def advance(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> tuple[np.ndarray, np.ndarray, int, float]:
+    def advance(
+        self, position: np.ndarray, velocity: np.ndarray, substep: Substep
+    ) -> tuple[np.ndarray, np.ndarray, int, float]:
         """Advance (V, 3) ``position`` and ``velocity`` by one substep.
 
         Returns:

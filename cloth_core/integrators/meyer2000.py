@@ -24,7 +24,9 @@ class Meyer2000:
         self.model = model
         self._force = np.empty_like(model.mesh.rest_position)
 
-    def advance(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> tuple[np.ndarray, np.ndarray, int, float]:
+    def advance(
+        self, position: np.ndarray, velocity: np.ndarray, substep: Substep
+    ) -> tuple[np.ndarray, np.ndarray, int, float]:
         """Advance (V, 3) ``position`` and ``velocity`` by one step of Fig. 4.
 
         Returns:
@@ -51,7 +53,9 @@ class Meyer2000:
             springs.add_hinge_forces(position, velocity, mesh.hinge_vertex, mesh.hinge_weight, bend, dt, self._force)
         return self._force
 
-    def filtered_velocity(self, force: np.ndarray, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> np.ndarray:
+    def filtered_velocity(
+        self, force: np.ndarray, position: np.ndarray, velocity: np.ndarray, substep: Substep
+    ) -> np.ndarray:
         """v + W F dt, with held vertices at the velocity that takes them to their targets, (V, 3) m/s."""
         change = np.zeros_like(velocity)
         change[substep.held] = (substep.target - position[substep.held]) / substep.h - velocity[substep.held]

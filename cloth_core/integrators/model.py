@@ -100,7 +100,9 @@ class Model:
                 break
         return sweep, excess
 
-    def final_velocity(self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep) -> np.ndarray:
+    def final_velocity(
+        self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep
+    ) -> np.ndarray:
         """(V, 3) m/s: the displacement over the substep, damped, with impacts."""
         new_velocity = (position - start) * (math.exp(-self.material.damping * substep.h) / substep.h)
         new_velocity[substep.held] = (position[substep.held] - start[substep.held]) / substep.h

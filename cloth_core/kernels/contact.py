@@ -105,8 +105,22 @@ def into_frame(rotation, origin, x, y, z):
 
 
 @kernel
-def find_contacts(start, predicted, kind, size, reach, rotation_before, origin_before, travel, shell, recover, free,
-                  pair_vertex, pair_obstacle, pair_depth):
+def find_contacts(
+    start,
+    predicted,
+    kind,
+    size,
+    reach,
+    rotation_before,
+    origin_before,
+    travel,
+    shell,
+    recover,
+    free,
+    pair_vertex,
+    pair_obstacle,
+    pair_depth,
+):
     """List the (vertex, obstacle) pairs that may touch within a substep.
 
     A pair counts if the vertex comes within the shell on its predicted way, with the obstacle's own
@@ -179,7 +193,9 @@ def surface_displacement(x, y, z, origin, origin_before, turn):
 
 
 @kernel
-def apply_friction(start, position, origin, origin_before, turn, friction, pair_vertex, pair_obstacle, pushed, normal, spent):
+def apply_friction(
+    start, position, origin, origin_before, turn, friction, pair_vertex, pair_obstacle, pushed, normal, spent
+):
     """Coulomb: take back the tangential way relative to the surface, friction * ``pushed`` in all at most.
 
     In displacements, not velocities: there it would creep. ``friction`` (O,) is that of each obstacle,
@@ -208,8 +224,21 @@ def apply_friction(start, position, origin, origin_before, turn, friction, pair_
 
 
 @kernel
-def contact_velocity(velocity, velocity_before, position, h, origin, origin_before, turn, restitution, rest_speed,
-                     pair_vertex, pair_obstacle, pushed, normal):
+def contact_velocity(
+    velocity,
+    velocity_before,
+    position,
+    h,
+    origin,
+    origin_before,
+    turn,
+    restitution,
+    rest_speed,
+    pair_vertex,
+    pair_obstacle,
+    pushed,
+    normal,
+):
     """Set the normal velocity of touched vertices: the surface's own, plus what an impact gives back.
 
     A push-out is a correction of position, not an impulse: left in the velocity it would shoot the cloth
@@ -220,7 +249,9 @@ def contact_velocity(velocity, velocity_before, position, h, origin, origin_befo
             continue
         v = pair_vertex[p]
         o = pair_obstacle[p]
-        sx, sy, sz = surface_displacement(position[v, 0], position[v, 1], position[v, 2], origin[o], origin_before[o], turn[o])
+        sx, sy, sz = surface_displacement(
+            position[v, 0], position[v, 1], position[v, 2], origin[o], origin_before[o], turn[o]
+        )
         nx, ny, nz = normal[p, 0], normal[p, 1], normal[p, 2]
         surface = (sx * nx + sy * ny + sz * nz) / h
         now = velocity[v, 0] * nx + velocity[v, 1] * ny + velocity[v, 2] * nz - surface

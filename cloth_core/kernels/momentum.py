@@ -9,7 +9,7 @@ from cloth_core.kernels import kernel
 
 @kernel
 def first_moments(position, error, mass, component, chosen, count):
-    """Per component: mass (C,), centre of mass (C, 3), momentum error (C, 3), for components that are ``chosen`` (C,)."""
+    """Mass (C,), centre of mass (C, 3) and momentum error (C, 3) of the components that are ``chosen`` (C,)."""
     total = np.zeros(count)
     center = np.zeros((count, 3))
     drift = np.zeros((count, 3))

@@ -49,7 +49,7 @@ def normals(area_vector, normal):
 
 @kernel
 def add_drag_of_flow(flow, area_vector, coefficient, force):
-    """Add eq. (5), ``coefficient * |w| (n . w) n`` per area with w the ``flow`` (V, 3) m/s alone, to ``force`` (V, 3) N."""
+    """Add eq. (5) to ``force`` (V, 3) N: ``coefficient * |w| (n . w) n`` per area, w the ``flow`` (V, 3) m/s alone."""
     for v in range(flow.shape[0]):
         ax = area_vector[v, 0]
         ay = area_vector[v, 1]

@@ -24,7 +24,9 @@ class ImplicitFilter:
         dense_limit: vertices up to which the inverse is stored as a dense matrix.
     """
 
-    def __init__(self, mass: np.ndarray, stiffness: csr_matrix, h: float, *, pinned: np.ndarray, dense_limit: int) -> None:
+    def __init__(
+        self, mass: np.ndarray, stiffness: csr_matrix, h: float, *, pinned: np.ndarray, dense_limit: int
+    ) -> None:
         self.h = h
         self._count = len(mass)
         self._free = np.setdiff1d(np.arange(self._count), pinned)

@@ -16,14 +16,18 @@ from cloth_core.pose import Pose
 class Contacts:
     """The obstacles of a scene as arrays, and the pairs of vertex and obstacle that touch in the substep at hand."""
 
-    def __init__(self, obstacles: Mapping[str, Obstacle], material: Material, config: SolverConfig, vertex_count: int) -> None:
+    def __init__(
+        self, obstacles: Mapping[str, Obstacle], material: Material, config: SolverConfig, vertex_count: int
+    ) -> None:
         self.names = list(obstacles)
         count = len(self.names)
         shapes = list(obstacles.values())
         self._kind = np.array([shape.kind for shape in shapes], dtype=np.int64)
         self._size = np.array([shape.size for shape in shapes], dtype=float).reshape(count, 3)
         self._reach = np.array([min(shape.reach, 1e9) for shape in shapes], dtype=float)
-        self._friction = np.array([material.friction if s.friction is None else s.friction for s in shapes], dtype=float)
+        self._friction = np.array(
+            [material.friction if s.friction is None else s.friction for s in shapes], dtype=float
+        )
         self._restitution = material.restitution
         self._shell = config.contact_shell
         self._config = config
@@ -54,7 +58,10 @@ class Contacts:
             way = float(np.linalg.norm(np.subtract(end.position, start.position)))
             lever = self._reach[number] if self._reach[number] < 1e9 else 1.0
             turn = float(np.linalg.norm(start.rotation_vector_to(end)))
-            if way > self._config.max_obstacle_speed * self._config.dt or turn * lever > self._config.max_obstacle_speed * self._config.dt:
+            if (
+                way > self._config.max_obstacle_speed * self._config.dt
+                or turn * lever > self._config.max_obstacle_speed * self._config.dt
+            ):
                 teleported.append(name)
                 start = end
             self._way.append((start, end))
@@ -80,15 +87,21 @@ class Contacts:
             self._place(number, pose)
             turn = self._rotation[number] @ before.T
             # The vector of a small rotation, read off its skew part.
-            self._turn[number] = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+            self._turn[number] = 0.5 * np.array(
+                [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
+            )
             lever = self._reach[number] if self._reach[number] < 1e9 else 1.0
-            self._travel[number] = np.linalg.norm(self._origin[number] - self._origin_before[number]) + lever * np.linalg.norm(self._turn[number])
+            self._travel[number] = np.linalg.norm(
+                self._origin[number] - self._origin_before[number]
+            ) + lever * np.linalg.norm(self._turn[number])
 
     def find(self, start: np.ndarray, predicted: np.ndarray, h: float, free: np.ndarray) -> None:
         """List what may touch while the vertices go from ``start`` to about ``predicted`` (V, 3) m in ``h`` s."""
         self._pairs = kernels.find_contacts(
-            start, predicted, self._kind, self._size, self._reach, self._rotation_before, self._origin_before, self._travel,
-            self._shell, self._config.max_push_speed * h, free, self._pair_vertex, self._pair_obstacle, self._pair_depth,
+            start, predicted, self._kind, self._size, self._reach,
+            self._rotation_before, self._origin_before, self._travel,
+            self._shell, self._config.max_push_speed * h, free,
+            self._pair_vertex, self._pair_obstacle, self._pair_depth,
         )  # fmt: skip
         self._pushed[: self._pairs] = 0.0
         self._spent[: self._pairs] = 0.0
@@ -120,11 +133,14 @@ class Contacts:
                 self._pair_vertex[:n], self._pair_obstacle[:n], self._pushed[:n], self._normal[:n], self._spent[:n],
             )  # fmt: skip
 
-    def settle_velocity(self, velocity: np.ndarray, before: np.ndarray, position: np.ndarray, h: float, rest_speed: float) -> None:
+    def settle_velocity(
+        self, velocity: np.ndarray, before: np.ndarray, position: np.ndarray, h: float, rest_speed: float
+    ) -> None:
         """Give touched vertices the surface's normal velocity, or bounce them; ``velocity`` (V, 3) in place."""
         n = self._pairs
         if n:
             kernels.contact_velocity(
-                velocity, before, position, h, self._origin, self._origin_before, self._turn, self._restitution, rest_speed,
+                velocity, before, position, h,
+                self._origin, self._origin_before, self._turn, self._restitution, rest_speed,
                 self._pair_vertex[:n], self._pair_obstacle[:n], self._pushed[:n], self._normal[:n],
             )  # fmt: skip

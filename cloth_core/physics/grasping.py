@@ -47,5 +47,7 @@ def followed_pose(grip: Grip, grasp: Grasp, config: SolverConfig) -> Pose:
         return grasp.pose
     way = float(np.linalg.norm(np.subtract(grasp.pose.position, grip.pose.position)))
     turn = float(np.linalg.norm(grip.pose.rotation_vector_to(grasp.pose)))
-    share = min(1.0, config.max_grasp_speed * config.dt / max(way, 1e-12), config.max_grasp_turn * config.dt / max(turn, 1e-12))
+    share = min(
+        1.0, config.max_grasp_speed * config.dt / max(way, 1e-12), config.max_grasp_turn * config.dt / max(turn, 1e-12)
+    )
     return grip.pose.toward(grasp.pose, share)

@@ -21,7 +21,8 @@ def irregular_sheet(width: float, height: float, cells: int, seed: int = 7) -> C
     points = np.stack([x + jitter[0] * (inner_x & inner_y), y + jitter[1] * (inner_x & inner_y)], axis=1)
     triangles = Delaunay(points).simplices
     side = points[triangles]
-    turn = np.cross(side[:, 1] - side[:, 0], side[:, 2] - side[:, 0])
+    along, across = side[:, 1] - side[:, 0], side[:, 2] - side[:, 0]
+    turn = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]
     kept = np.abs(turn) > 1e-6 * (width / cells) ** 2
     triangles = np.where((turn < 0)[:, None], triangles[:, ::-1], triangles)[kept]
     return ClothMesh.from_triangles(np.column_stack([points, np.zeros(len(points))]), triangles)

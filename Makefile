@@ -1,0 +1,81 @@
+# make run and make test need a Debian or Ubuntu machine (x86_64), Python 3.10 to 3.13 with venv, and make; the rest comes from PyPI.
+
+PYTHON ?= python3
+SCENE ?= scarf
+DURATION ?=
+
+VENV := .venv
+BIN := $(VENV)/bin
+
+# One pip at a time, even under make -j.
+.NOTPARALLEL:
+.DEFAULT_GOAL := help
+.PHONY: help run test gallery bench validate lint format clean
+
+# A sourced ROS would put its own Python packages, libraries and middleware beside the wheels of the environment.
+unexport PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH LD_LIBRARY_PATH RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
+export PIP_DISABLE_PIP_VERSION_CHECK = 1
+
+# An environment of ours that was moved, or whose Python went away, is made again: its commands name the place of their birth.
+ifneq ($(filter-out help clean,$(MAKECMDGOALS)),)
+ifneq ($(wildcard $(VENV)/place),)
+ifneq ($(shell $(BIN)/python -ISc '' 2>&1 && cat $(VENV)/place),$(CURDIR))
+$(info The environment in $(VENV) was moved or lost its Python; making it again.)
+$(shell rm -rf $(VENV))
+endif
+endif
+endif
+
+help: ## list the targets
+	@echo "make run [SCENE=scarf] [DURATION=seconds], make test, ... (PYTHON=python3.12 picks the Python of a new environment)"
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+run: $(VENV)/with-ros,fast ## start the cloth node and a scripted operator; Ctrl-C ends them
+	@exec $(BIN)/cloth_run --scene '$(SCENE)' $(if $(DURATION),--duration '$(DURATION)')
+
+test: lint ## check style and imports, run the tests
+	$(BIN)/python -m pytest
+
+gallery: $(VENV)/with-render ## draw every scene into docs/images
+	$(BIN)/cloth_render --all --output docs/images
+
+bench: $(VENV)/with-ros,fast ## run every benchmark
+	@set -e; for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script"; done
+
+validate: $(VENV)/with-ros,fast ## compare the solver with the laws of physics
+	$(BIN)/cloth_validate
+
+lint: $(VENV)/with-test ## check style and imports
+	$(BIN)/ruff check
+	$(BIN)/lint-imports --no-logo
+
+format: $(VENV)/with-test ## lay out the code
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+clean: ## remove the environment, builds and caches
+	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Each stamp says: these extras are installed, from this setup.py.
+$(VENV)/with-test $(VENV)/with-render: $(VENV)/with-ros,fast
+$(VENV)/with-%: $(VENV)/place setup.py pyproject.toml
+	@echo "Installing the package with [$*] into $(VENV) (about a minute the first time) ..."
+	@$(BIN)/python -m pip install -qq --editable '.[$*]'
+	@touch $@
+
+$(VENV)/place: | machine
+	@echo "Making a Python environment in $(VENV) ..."
+	@$(PYTHON) -m venv $(VENV)
+	@echo '$(CURDIR)' > $@
+
+.PHONY: machine
+machine:
+	@case "$$(uname -sm)" in "Linux x86_64") ;; *) \
+	  echo "This needs Linux on x86_64 (the ROS wheels exist for nothing else); this machine is $$(uname -sm)." >&2; exit 1;; esac
+	@command -v $(PYTHON) > /dev/null || { \
+	  echo "There is no '$(PYTHON)' here. Try: sudo apt install python3 python3-venv, or PYTHON=/path/to/python." >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' || { \
+	  echo "This needs Python 3.10 to 3.13; $(PYTHON) is $$($(PYTHON) -V 2>&1). Another one: make PYTHON=python3.12 ..." >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2> /dev/null || { \
+	  echo "This Python cannot make environments. Try: sudo apt install python3-venv" >&2; exit 1; }

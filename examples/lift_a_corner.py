@@ -1,0 +1,65 @@
+"""Take the cloth at its highest point and lift it by 30 cm; run it while the cloth node is up.
+
+python examples/lift_a_corner.py [namespace, /cloth_sim by default]
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Float64
+
+
+class Lifter(Node):
+    """Waits for the cloth, closes the hand at its highest vertex, then rises at 0.2 m/s."""
+
+    def __init__(self, cloth: str) -> None:
+        super().__init__("lifter")
+        self.hand = self.create_publisher(PoseStamped, f"{cloth}/grasp/hand/pose", 1)
+        self.closure = self.create_publisher(Float64, f"{cloth}/grasp/hand/closure", 10)
+        self.create_subscription(PointCloud2, f"{cloth}/cloth/points", self.see, 5)
+        self.create_timer(0.02, self.move)
+        self.top: np.ndarray | None = None
+        self.risen = 0.0
+
+    def see(self, cloud: PointCloud2) -> None:
+        """Remember the highest vertex of the first cloud."""
+        if self.top is None:
+            points = np.frombuffer(bytes(cloud.data), np.float32).reshape(-1, cloud.point_step // 4)[:, :3]
+            self.top = points[points[:, 2].argmax()].astype(float)
+
+    def move(self) -> None:
+        """Publish the hand: closed, and a little higher every time."""
+        if self.top is None or self.closure.get_subscription_count() == 0:
+            return
+        pose = PoseStamped()
+        pose.header.stamp = self.get_clock().now().to_msg()
+        pose.pose.position.x, pose.pose.position.y = float(self.top[0]), float(self.top[1])
+        pose.pose.position.z = float(self.top[2]) + self.risen
+        self.hand.publish(pose)
+        self.closure.publish(Float64(data=1.0))
+        self.risen += 0.004
+        if self.risen > 0.3:
+            self.closure.publish(Float64(data=0.0))
+            raise SystemExit
+
+
+def main() -> None:
+    """Run until the cloth is lifted."""
+    rclpy.init()
+    node = Lifter(sys.argv[1] if len(sys.argv) > 1 else "/cloth_sim")
+    try:
+        rclpy.spin(node)
+    except (SystemExit, KeyboardInterrupt):
+        pass
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()
