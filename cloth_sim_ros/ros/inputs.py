@@ -1,0 +1,98 @@
+"""Subscribes to the inputs that the scene declares, records them as they come, and passes them on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+
+from cloth_core.scene import Scene
+from cloth_sim_ros import interfaces
+from cloth_sim_ros.intake import Intake, Source
+from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.ros.messages import interface_class
+from cloth_sim_ros.ros.qos import IncompatibleQos, profile
+
+
+class Subscriptions:
+    """One raw subscription per declared input.
+
+    Args:
+        node: the node.
+        scene: declares the names of grasps and obstacles.
+        intake: gets the messages.
+        incompatible: is told of publishers that cannot be heard.
+    """
+
+    def __init__(self, node: Node, scene: Scene, intake: Intake, incompatible: IncompatibleQos) -> None:
+        self.recorder: Recorder | None = None
+        self.active = False
+        """Messages are used only while this is set."""
+        self._node = node
+        self._intake = intake
+        self._undeclared: dict[str, None] = {}
+        self._subscriptions: dict[str, Subscription] = {}
+        declared = {"grasps": scene.inputs.grasps, "obstacles": scene.obstacles}
+        for interface in interfaces.INPUTS:
+            for name in declared[interface.declared] if interface.declared else [""]:
+                relative = interface.named(name)
+                source = Source(node.resolve_topic_name(relative), interface, name)
+                self._subscriptions[source.topic] = node.create_subscription(
+                    interface_class(interface.type_name),
+                    relative,
+                    self._receiver(source),
+                    profile(interface.qos),
+                    event_callbacks=SubscriptionEventCallbacks(
+                        incompatible_qos=incompatible.of_subscription(source.topic)
+                    ),
+                    raw=True,
+                )
+        self._names = {"grasp": list(scene.inputs.grasps), "obstacle": list(scene.obstacles)}
+
+    def undeclared(self) -> list[str]:
+        """Topics published for a grasp or obstacle that the scene does not have; warns once of each."""
+        for topic, _types in self._node.get_topic_names_and_types():
+            if topic in self._subscriptions or topic in self._undeclared:
+                continue
+            for kind, names in self._names.items():
+                if topic.startswith(self._node.resolve_topic_name(f"~/{kind}") + "/") and self._node.count_publishers(
+                    topic
+                ):
+                    self._undeclared[topic] = None
+                    known = ", ".join(names) or "none"
+                    self._node.get_logger().warning(
+                        f"{topic}: nobody listens; the scene declares these {kind}s: {known}"
+                    )
+        return [topic for topic in self._undeclared if self._node.count_publishers(topic)]
+
+    def destroy(self) -> None:
+        """Take the subscriptions off the graph."""
+        for subscription in self._subscriptions.values():
+            self._node.destroy_subscription(subscription)
+        self._subscriptions.clear()
+
+    def _receiver(self, source: Source) -> Callable[[bytes], None]:
+        kind = interface_class(source.interface.type_name)
+
+        def receive(cdr: bytes) -> None:
+            if not self.active:
+                return
+            if self.recorder is not None:
+                receipt = self._node.get_clock().now().nanoseconds
+                self.recorder.raw_input(
+                    source.topic, source.interface.type_name, cdr, receipt, qos=source.interface.qos
+                )
+            try:
+                message = deserialize_message(cdr, kind)
+            except Exception as error:  # what rmw raises for damaged bytes differs between implementations
+                self._intake.refuse(
+                    source.topic, "bytes", f"{len(cdr)} bytes are not a {source.interface.type_name}: {error}"
+                )
+                return
+            self._intake.receive(source, message, time.monotonic())
+
+        return receive

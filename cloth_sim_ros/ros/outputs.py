@@ -1,0 +1,129 @@
+"""Publishes frames: each message becomes bytes once, for the topic and for the session."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+
+import numpy as np
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
+from rclpy.serialization import serialize_message
+
+from cloth_core import Pose
+from cloth_sim_ros import interfaces
+from cloth_sim_ros.cdr import MarkerEncoder, PointCloudEncoder, encode_mesh, encode_triangles
+from cloth_sim_ros.interfaces import Interface
+from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.ros.messages import interface_class, obstacle_markers
+from cloth_sim_ros.ros.qos import IncompatibleQos, profile
+from cloth_sim_ros.simulation import Frame, Simulation
+
+FAST_MESH_VERTICES = 2500
+CLOTH_COLOUR = (0.76, 0.16, 0.22, 1.0)
+_FLOAT64 = struct.Struct("<4sd")  # a std_msgs/Float64: the header of little-endian CDR, then the number
+
+
+class Outputs:
+    """The node's publishers, and what goes out over them.
+
+    Args:
+        node: the managed node; it publishes while it is active.
+        simulation: what is shown.
+        frame_id: frame of everything published.
+        mesh_rate: Hz of the mesh of a large cloth.
+        incompatible: is told of subscribers that cannot be served.
+    """
+
+    def __init__(
+        self,
+        node: LifecycleNode,
+        simulation: Simulation,
+        *,
+        frame_id: str,
+        mesh_rate: float,
+        incompatible: IncompatibleQos,
+    ) -> None:
+        self.recorder: Recorder | None = None
+        self._node = node
+        self._simulation = simulation
+        self._frame_id = frame_id
+        mesh, dt = simulation.solver.mesh, simulation.solver.config.dt
+        self._mass = mesh.vertex_mass(simulation.solver.material)
+        self._mesh_every = 1 if mesh.vertex_count <= FAST_MESH_VERTICES else max(1, round(1.0 / (mesh_rate * dt)))
+        self._points = PointCloudEncoder(frame_id)
+        self._marker = MarkerEncoder(frame_id, "cloth", 0, CLOTH_COLOUR, mesh.triangles)
+        self._publishers = {
+            i: self._publisher(i, incompatible) for i in interfaces.OUTPUTS if i is not interfaces.DIAGNOSTICS
+        }
+        self._obstacles_shown: dict[str, Pose] = {}
+        self._topology_sent = False
+        self._obstacles_at = 0
+
+    def publish_points(self, frame: Frame, stamp_ns: int) -> None:
+        """Publish the points of ``frame``."""
+        self._send(
+            interfaces.POINTS,
+            self._points.encode(stamp_ns, frame.position, frame.normal, frame.strain),
+            stamp_ns,
+        )
+
+    def publish_rest(self, frame: Frame, stamp_ns: int) -> None:
+        """Publish what else belongs to ``frame``: what is due, and what somebody wants."""
+        if not self._topology_sent:
+            self._publish_topology(frame, stamp_ns)
+        if frame.step_index % self._mesh_every == 0 and self._wanted(interfaces.MESH):
+            self._send(interfaces.MESH, self._marker.encode(stamp_ns, frame.position), stamp_ns)
+        poses = frame.state.obstacles
+        if poses != self._obstacles_shown or not 0 <= stamp_ns - self._obstacles_at < 1_000_000_000:
+            self._publish_obstacles(poses, stamp_ns)
+        for name, value in self._stats(frame).items():
+            if self._wanted(interfaces.STATS[name]):
+                self._send(interfaces.STATS[name], _FLOAT64.pack(b"\0\1\0\0", value), stamp_ns)
+
+    def destroy(self) -> None:
+        """Take the topics off the graph."""
+        for publisher in self._publishers.values():
+            self._node.destroy_lifecycle_publisher(publisher)
+        self._publishers.clear()
+
+    def _publisher(self, interface: Interface, incompatible: IncompatibleQos) -> LifecyclePublisher:
+        topic = self._node.resolve_topic_name(interface.name)
+        return self._node.create_lifecycle_publisher(
+            interface_class(interface.type_name),
+            interface.name,
+            profile(interface.qos),
+            event_callbacks=PublisherEventCallbacks(incompatible_qos=incompatible.of_publisher(topic)),
+        )
+
+    def _publish_topology(self, frame: Frame, stamp_ns: int) -> None:
+        triangles = self._simulation.solver.mesh.triangles
+        self._send(interfaces.TRIANGLES, encode_triangles(self._frame_id, stamp_ns, triangles), stamp_ns)
+        self._send(interfaces.TOPOLOGY, encode_mesh(triangles, frame.position), stamp_ns)
+        self._topology_sent = True
+
+    def _publish_obstacles(self, poses: Mapping[str, Pose], stamp_ns: int) -> None:
+        array = obstacle_markers(self._simulation.solver.obstacles, poses, self._frame_id, stamp_ns)
+        self._send(interfaces.OBSTACLES, serialize_message(array), stamp_ns)
+        self._obstacles_shown, self._obstacles_at = dict(poses), stamp_ns
+
+    def _wanted(self, interface: Interface) -> bool:
+        if self.recorder is not None and self.recorder.wants(interface.type_name):
+            return True
+        return self._publishers[interface].get_subscription_count() > 0
+
+    def _send(self, interface: Interface, cdr: bytes, stamp_ns: int) -> None:
+        publisher = self._publishers[interface]
+        publisher.publish(cdr)
+        if self.recorder is not None:
+            self.recorder.output(publisher.topic_name, interface.type_name, cdr, stamp_ns, qos=interface.qos)
+
+    def _stats(self, frame: Frame) -> dict[str, float]:
+        velocity = frame.state.velocity
+        return {
+            "step_time_ms": 1e3 * frame.step_seconds,
+            "max_stretch": frame.report.max_stretch,
+            "kinetic_energy": 0.5 * float(self._mass @ np.einsum("va,va->v", velocity, velocity)),
+            "contacts": float(frame.report.contacts),
+            "held": float(frame.report.held),
+        }

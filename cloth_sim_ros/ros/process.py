@@ -1,0 +1,81 @@
+"""The process around the node: start, spin, and an end without tracebacks."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import traceback
+from collections.abc import Sequence
+from types import FrameType
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.logging import get_logger
+from rclpy.signals import SignalHandlerOptions
+
+from cloth_core import SettingError
+from cloth_sim_ros.ros.cloth_node import ClothNode
+
+_SPIN_SECONDS = 0.1
+"""How long a signal may go unnoticed: Python runs its handlers only between two waits."""
+
+
+class StopRequest:
+    """Ctrl-C, SIGTERM or a closed terminal: interrupts the start, merely asks a node that runs, and is then ignored."""
+
+    def __init__(self) -> None:
+        self.asked = threading.Event()
+        self.interrupts = True
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._ask)
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup
+            signal.signal(signal.SIGHUP, self._ask)
+
+    def _ask(self, _number: int, _frame: FrameType | None) -> None:
+        self.asked.set()
+        if self.interrupts:
+            self.interrupts = False
+            raise KeyboardInterrupt
+
+
+def run(ros_arguments: Sequence[str]) -> int:
+    """Run the node until a signal ends it; returns the exit code."""
+    stop = StopRequest()
+    node: ClothNode | None = None
+    try:
+        rclpy.init(args=list(ros_arguments), signal_handler_options=SignalHandlerOptions.NO)
+        node = ClothNode()
+        if node.settings.autostart and not _bring_up(node):
+            return 1
+        stop.interrupts = False
+        _spin(node, stop)
+        return 0
+    except SettingError as error:
+        get_logger("cloth_sim").error(f"cannot start: {error}")
+        return 1
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        stop.interrupts = False
+        if node is not None:
+            node.close()
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _bring_up(node: ClothNode) -> bool:
+    """Configure and activate, as a lifecycle manager would; whether it worked."""
+    done = TransitionCallbackReturn.SUCCESS
+    return node.trigger_configure() == done and node.trigger_activate() == done
+
+
+def _spin(node: ClothNode, stop: StopRequest) -> None:
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not stop.asked.is_set() and rclpy.ok():
+        try:
+            executor.spin_once(timeout_sec=_SPIN_SECONDS)
+        except Exception:  # one bad callback must not take the cloth away from everybody else
+            node.get_logger().error(f"a callback failed:\n{traceback.format_exc()}")
+    executor.shutdown()

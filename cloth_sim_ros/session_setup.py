@@ -1,0 +1,141 @@
+"""The beginning of a session: the scene exactly as it was simulated, and what it was simulated with.
+
+The attachments are enough to build the same solver again without the scene file, mesh files or
+parameters of the machine it ran on: ``scene.yaml`` is the scene as it was written, for people;
+``parameters.json`` holds the values that were in force, overrides included; ``mesh.npz`` the mesh.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import platform
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cloth_core import ClothError, ClothMesh, ClothSolver, Inputs, Material, SolverConfig
+from cloth_core.inputs import pose_as_list, pose_from_list
+from cloth_core.obstacles import SHAPES, Obstacle
+from cloth_core.scene import Scene, View
+from cloth_sim_ros.session.errors import SessionError
+from cloth_sim_ros.session_content import pack, unpack
+
+FORMAT = "1"
+METADATA = "cloth_sim"
+_GROUP = "group/"
+_SHAPE_NAMES = {shape: name for name, shape in SHAPES.items()}
+
+
+def attachments_of(scene: Scene, solver: ClothSolver, parameters: Mapping[str, Any]) -> dict[str, bytes]:
+    """What a session carries so that ``scene_from`` gives the scene back; ``parameters`` are the node's, as JSON."""
+    in_force = {
+        "name": scene.name,
+        "material": solver.material.as_mapping(),
+        "solver": solver.config.as_mapping(),
+        "obstacles": {name: _obstacle_mapping(shape) for name, shape in solver.obstacles.items()},
+        "inputs": scene.inputs.as_mapping(),
+        "placement": pose_as_list(scene.placement),
+        "pins": list(scene.pins),
+        "view": scene.view.as_mapping(),
+    }
+    document = {"scene": in_force, "parameters": dict(parameters)}
+    return {
+        "scene.yaml": scene.text.encode(),
+        "parameters.json": json.dumps(document, indent=1, default=str).encode(),
+        "mesh.npz": pack(_mesh_arrays(solver.mesh)),
+    }
+
+
+def metadata_of(scene: Scene, solver: ClothSolver, namespace: str, record: str) -> dict[str, dict[str, str]]:
+    """The session's metadata: versions, platform, and what tells one simulation from another at a glance."""
+    about = {
+        "format": FORMAT,
+        "namespace": namespace,
+        "record": record,
+        "scene": scene.name,
+        "dt": repr(solver.config.dt),
+        "integrator": solver.config.integrator,
+        "substeps": str(solver.substeps),
+        "representation": solver.representation,
+        "vertices": str(solver.mesh.vertex_count),
+        "mesh_digest": solver.mesh.digest,
+    }
+    return {METADATA: {**about, **versions()}}
+
+
+def versions() -> dict[str, str]:
+    """What bit-equality depends on beside the inputs: the machine, and the versions of what computes."""
+    machine = f"{platform.system()} {platform.machine()}, {_processor()}"
+    found = {"machine": machine, "python": platform.python_version()}
+    for package in ("cloth_sim_ros", "numpy", "scipy", "numba", "cholespy"):
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "none"
+    return found
+
+
+def _processor() -> str:
+    """The processor's model; libraries choose their code by it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.processor() or "unknown processor"
+
+
+def scene_from(attachments: Mapping[str, bytes], about: Mapping[str, str]) -> Scene:
+    """The scene as it was simulated; its script is not in the session, what came of it is.
+
+    Raises:
+        SessionError: an attachment is missing or damaged, or comes from another version of the format.
+    """
+    if about.get("format") != FORMAT:
+        raise SessionError(f"sessions of format {about.get('format')} are not read here, only format {FORMAT}")
+    try:
+        mesh = _mesh_from(unpack(attachments["mesh.npz"]))
+        values = json.loads(attachments["parameters.json"])["scene"]
+        scene = Scene(
+            mesh=mesh,
+            material=Material.from_mapping(values["material"]),
+            solver=SolverConfig.from_mapping(values["solver"]),
+            obstacles={name: _obstacle_from(shape) for name, shape in values["obstacles"].items()},
+            inputs=Inputs.from_mapping(values["inputs"]),
+            placement=pose_from_list(values["placement"]),
+            pins=tuple(values["pins"]),
+            view=View.from_mapping(values["view"]),
+            name=values["name"],
+            text=attachments["scene.yaml"].decode(),
+        )
+    except KeyError as error:
+        raise SessionError(f"the session carries no {error}") from error
+    except (ClothError, ValueError, TypeError) as error:
+        raise SessionError(f"what the session says of its scene cannot be used: {error}") from error
+    if mesh.digest != about.get("mesh_digest"):
+        raise SessionError("the mesh in the session is not the one that was simulated: its digest differs")
+    return scene
+
+
+def _obstacle_mapping(obstacle: Obstacle) -> dict[str, Any]:
+    return {_SHAPE_NAMES[type(obstacle)]: obstacle.as_mapping()}
+
+
+def _obstacle_from(values: Mapping[str, Any]) -> Obstacle:
+    ((shape, settings),) = values.items()
+    return SHAPES[shape].from_mapping(settings)
+
+
+def _mesh_arrays(mesh: ClothMesh) -> dict[str, np.ndarray]:
+    found = {known.name: getattr(mesh, known.name) for known in dataclasses.fields(mesh)}
+    arrays = {name: value for name, value in found.items() if isinstance(value, np.ndarray)}
+    return {**arrays, **{_GROUP + name: members for name, members in mesh.groups.items()}}
+
+
+def _mesh_from(arrays: Mapping[str, np.ndarray]) -> ClothMesh:
+    groups = {name[len(_GROUP) :]: members for name, members in arrays.items() if name.startswith(_GROUP)}
+    return ClothMesh(**{n: a for n, a in arrays.items() if not n.startswith(_GROUP)}, groups=groups)

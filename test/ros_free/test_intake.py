@@ -1,0 +1,165 @@
+"""What comes in: accepted in the cloth's frame, or refused without changing anything."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace as Message
+
+import pytest
+
+from cloth_core.scene import Scene
+from cloth_sim_ros import interfaces
+from cloth_sim_ros.frames import FrameTree
+from cloth_sim_ros.intake import NEW_EPOCH_AFTER, Intake, Source
+from cloth_sim_ros.notices import Notices
+from cloth_sim_ros.simulation import Simulation
+
+SCENE = """
+cloth: {grid: {width: 0.4, height: 0.4, columns: 3, rows: 3}, position: [0.0, 0.0, 0.5]}
+obstacles: {ball: {sphere: {radius: 0.1}}}
+grasps: {hand: {}}
+"""
+HAND = Source("/grasp", interfaces.GRASP_POSE, "hand")
+CLOSURE = Source("/closure", interfaces.GRASP_CLOSURE, "hand")
+BALL = Source("/ball", interfaces.OBSTACLE_POSE, "ball")
+WIND = Source("/wind", interfaces.WIND)
+TURNED = "world turned 1 0 0 0 0 0.7071067811865476 0.7071067811865476"  # 90 degrees about z
+
+
+class Kit:
+    def __init__(self):
+        self.said = []
+        self.simulation = Simulation(Scene.parse(SCENE))
+        self.notices = Notices(self.said.append, clock=lambda: 0.0)
+        self.intake = Intake(self.simulation, FrameTree("world", [TURNED]), 40.0, self.notices)
+
+    def inputs(self):
+        return self.simulation.tick(0.0).inputs
+
+
+@pytest.fixture
+def kit():
+    return Kit()
+
+
+def header(frame="world", stamp=0.0):
+    nanoseconds = round(stamp * 1e9)
+    return Message(frame_id=frame, stamp=Message(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9))
+
+
+def pose(x=0.0, y=0.0, z=0.0, **where):
+    at, turn = Message(x=x, y=y, z=z), Message(x=0.0, y=0.0, z=0.0, w=1.0)
+    return Message(header=header(**where), pose=Message(position=at, orientation=turn))
+
+
+def wind(x=0.0, y=0.0, z=0.0, **where):
+    return Message(header=header(**where), vector=Message(x=x, y=y, z=z))
+
+
+def test_good_messages_reach_the_simulation_and_nothing_is_said(kit):
+    assert kit.intake.receive(HAND, pose(1.0, 2.0, 3.0), 5.0)
+    assert kit.intake.receive(CLOSURE, Message(data=0.5), 5.0)
+    assert kit.intake.receive(BALL, pose(0.0, 0.0, -1.0), 5.0)
+    assert kit.intake.receive(WIND, wind(2.0), 5.0)
+    inputs = kit.inputs()
+    assert inputs.grasps["hand"].pose.position == (1.0, 2.0, 3.0)
+    assert inputs.grasps["hand"].closure == 0.5
+    assert inputs.obstacles["ball"].position == (0.0, 0.0, -1.0)
+    assert inputs.wind.velocity == (2.0, 0.0, 0.0)
+    assert kit.said == []
+
+
+def test_poses_are_moved_and_turned_into_the_cloths_frame_and_wind_is_only_turned(kit):
+    kit.intake.receive(BALL, pose(1.0, 0.0, 0.0, frame="turned"), 0.0)
+    kit.intake.receive(WIND, wind(3.0, frame="turned"), 0.0)
+    inputs = kit.inputs()
+    assert inputs.obstacles["ball"].position == pytest.approx((1.0, 1.0, 0.0))
+    assert inputs.obstacles["ball"].orientation == pytest.approx((0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
+    assert inputs.wind.velocity == pytest.approx((0.0, 3.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("source", "bad", "cause"),
+    [
+        (BALL, pose(math.nan), "/ball pose.position"),
+        (BALL, pose(frame="moon"), "/ball header.frame_id"),
+        (WIND, wind(math.inf), "/wind vector"),
+        (CLOSURE, Message(data=2.0), "/closure data"),
+    ],
+)
+def test_a_bad_message_is_counted_and_the_last_good_value_stays(kit, source, bad, cause):
+    kit.intake.receive(HAND, pose(0.1), 0.0)
+    kit.intake.receive(CLOSURE, Message(data=0.5), 0.0)
+    kit.intake.receive(BALL, pose(0.2), 0.0)
+    kit.intake.receive(WIND, wind(1.0), 0.0)
+    before = kit.inputs()
+    assert not kit.intake.receive(source, bad, 0.0)
+    assert kit.inputs() == before
+    assert kit.notices.counts == {cause: 1}
+    assert kit.said[0].startswith(f"{source.topic}: ")
+    assert kit.said[0].endswith("ignored, the last good value stays")
+
+
+def test_wind_above_the_cap_is_used_at_the_cap_and_said(kit):
+    assert kit.intake.receive(WIND, wind(0.0, 80.0, 60.0), 0.0)
+    assert kit.inputs().wind.velocity == pytest.approx((0.0, 32.0, 24.0))
+    assert kit.notices.counts == {"/wind capped": 1}
+    for part in ("(0, 80, 60) m/s", "0 .. 40 m/s", "solver.max_wind_speed"):
+        assert part in kit.said[0]
+
+
+def test_a_stamp_before_the_last_accepted_one_of_its_topic_is_ignored(kit):
+    assert kit.intake.receive(BALL, pose(0.1, stamp=100.0), 0.0)
+    assert not kit.intake.receive(BALL, pose(0.2, stamp=99.5), 0.1)
+    assert kit.inputs().obstacles["ball"].position[0] == 0.1
+    assert "header.stamp = 99.500 s is 0.500 s before the last one" in kit.said[0]
+    assert kit.intake.receive(BALL, pose(0.3, stamp=100.0), 0.2)  # equal is fine
+    assert kit.intake.receive(HAND, pose(0.3, stamp=1.0), 0.2)  # every topic has its own time
+
+
+def test_a_stamp_of_zero_is_always_accepted_and_does_not_reset_the_order(kit):
+    kit.intake.receive(BALL, pose(0.1, stamp=100.0), 0.0)
+    assert kit.intake.receive(BALL, pose(0.2), 0.1)
+    assert not kit.intake.receive(BALL, pose(0.3, stamp=50.0), 0.2)
+    assert kit.inputs().obstacles["ball"].position[0] == 0.2
+
+
+def test_a_message_refused_for_another_reason_does_not_set_the_time(kit):
+    assert not kit.intake.receive(BALL, pose(math.nan, stamp=500.0), 0.0)
+    assert kit.intake.receive(BALL, pose(0.1, stamp=100.0), 0.1)
+
+
+def test_a_clock_that_was_set_back_is_followed_after_a_silence_and_that_is_said(kit):
+    kit.intake.receive(BALL, pose(0.1, stamp=100.0), 0.0)
+    assert kit.intake.receive(BALL, pose(0.2, stamp=3.0), NEW_EPOCH_AFTER)
+    assert kit.intake.receive(BALL, pose(0.3, stamp=3.1), NEW_EPOCH_AFTER + 0.01)
+    assert kit.inputs().obstacles["ball"].position[0] == 0.3
+    assert ["went back by 97.000 s" in line for line in kit.said] == [True]
+
+
+def test_after_a_reset_any_stamp_counts(kit):
+    kit.intake.receive(BALL, pose(0.1, stamp=100.0), 0.0)
+    kit.intake.forget_stamps()
+    assert kit.intake.receive(BALL, pose(0.2, stamp=1.0), 0.0)
+
+
+def test_an_empty_frame_is_the_cloths_and_said_once_per_topic(kit):
+    for _ in range(3):
+        assert kit.intake.receive(BALL, pose(0.1, frame=""), 0.0)
+    kit.intake.receive(WIND, wind(1.0, frame=""), 0.0)
+    assert [line.split(":")[0] for line in kit.said] == ["/ball", "/wind"]
+    assert kit.notices.counts == {}
+
+
+def test_a_notice_comes_once_in_a_period_per_cause_and_tells_how_often_it_was():
+    said, now = [], [0.0]
+    notices = Notices(said.append, period=5.0, clock=lambda: now[0])
+    for moment in range(11):
+        now[0] = float(moment)
+        notices.say("a", "first")
+    notices.say("b", "second")
+    assert said == ["first", "first (6 times so far)", "first (11 times so far)", "second"]
+    assert notices.as_text() == "a: 11; b: 1"
+    assert notices.within(1.0)
+    now[0] = 30.0
+    assert not notices.within(10.0)
