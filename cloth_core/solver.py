@@ -142,9 +142,10 @@ class ClothSolver:
             sweeps: passes per substep of an earlier run, to repeat it whatever the clock said then.
 
         Raises:
-            InputError: an obstacle that this solver does not have, or ``sweeps`` of another length.
+            InputError: an obstacle that this solver does not have, ``sweeps`` of another length, or a state that
+                is not finite or not of this cloth and its obstacles.
         """
-        self._check(inputs, sweeps)
+        self._check(state, inputs, sweeps)
         model = self._prepared()
         grips = update_grips(state.grips, inputs.grasps, state.position, self._pinned)
         followed = {name: followed_pose(grip, inputs.grasps[name], self.config) for name, grip in grips.items()}
@@ -225,7 +226,16 @@ class ClothSolver:
             self._model.hold(np.zeros(0, np.int32), self._pinned)
         return self._model
 
-    def _check(self, inputs: Inputs, sweeps: Sequence[int] | None) -> None:
+    def _check(self, state: State, inputs: Inputs, sweeps: Sequence[int] | None) -> None:
+        if state.position.shape != (self.mesh.vertex_count, 3) or state.velocity.shape != state.position.shape:
+            raise InputError(f"the state has {len(state.position)} vertices, this cloth {self.mesh.vertex_count}")
+        wrong = np.flatnonzero(~(np.isfinite(state.position) & np.isfinite(state.velocity)).all(axis=1))
+        if len(wrong):
+            raise InputError(f"the state is not finite at vertices {wrong[:8].tolist()}")
+        lost = self.obstacles.keys() - state.obstacles.keys()
+        if lost:
+            names = ", ".join(sorted(lost))
+            raise InputError(f"the state does not say where {names} stands: begin with initial_state()")
         unknown = inputs.obstacles.keys() - self.obstacles.keys()
         if unknown:
             known = ", ".join(self.obstacles) or "none"

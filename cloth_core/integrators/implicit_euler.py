@@ -58,9 +58,8 @@ class ImplicitEuler:
         """Where inertia, gravity and wind alone would lead, (V, 3) m."""
         model, h = self.model, substep.h
         self._force[:] = 0.0
-        surface.add_relative_drag(
-            velocity, substep.flow, model.area_vectors(position), model.drag, model.mass, h, self._force
-        )
+        shown, most = model.area_vectors(position), model.mesh.vertex_area
+        surface.add_relative_drag(velocity, substep.flow, shown, most, model.drag, model.mass, h, self._force)
         return position + h * velocity + h * h * (self._force / model.mass[:, None] + substep.gravity)
 
     def relax(self, inertial: np.ndarray, moved: np.ndarray, h: float) -> float:

@@ -64,6 +64,9 @@ class Meyer2000:
 
     def secondary_forces(self, position: np.ndarray, substep: Substep) -> np.ndarray:
         """Wind, from the flow alone as in section 4.1, (V, 3) N."""
+        model = self.model
         self._force[:] = 0.0
-        surface.add_drag_of_flow(substep.flow, self.model.area_vectors(position), self.model.drag, self._force)
+        surface.add_drag_of_flow(
+            substep.flow, model.area_vectors(position), model.mesh.vertex_area, model.drag, self._force
+        )
         return self._force

@@ -48,8 +48,12 @@ def normals(area_vector, normal):
 
 
 @kernel
-def add_drag_of_flow(flow, area_vector, coefficient, force):
-    """Add eq. (5) to ``force`` (V, 3) N: ``coefficient * |w| (n . w) n`` per area, w the ``flow`` (V, 3) m/s alone."""
+def add_drag_of_flow(flow, area_vector, rest_area, coefficient, force):
+    """Add eq. (5), ``coefficient * |w| (n . w) n`` per area, to ``force`` (V, 3) N.
+
+    w is the ``flow`` (V, 3) m/s alone, as in the paper. A vertex shows the wind no more than its ``rest_area``
+    (V,) m^2: if stretching made it larger, the wind would stretch it ever faster.
+    """
     for v in range(flow.shape[0]):
         ax = area_vector[v, 0]
         ay = area_vector[v, 1]
@@ -60,19 +64,21 @@ def add_drag_of_flow(flow, area_vector, coefficient, force):
             wy = flow[v, 1]
             wz = flow[v, 2]
             speed = math.sqrt(wx * wx + wy * wy + wz * wz)
-            c = coefficient * speed * (ax * wx + ay * wy + az * wz) / area
+            c = coefficient * min(area, rest_area[v]) * speed
+            c = c * (ax * wx + ay * wy + az * wz) / (area * area)
             force[v, 0] += c * ax
             force[v, 1] += c * ay
             force[v, 2] += c * az
 
 
 @kernel
-def add_relative_drag(velocity, flow, area_vector, coefficient, mass, h, force):
+def add_relative_drag(velocity, flow, area_vector, rest_area, coefficient, mass, h, force):
     """Add eq. (5) with the velocity relative to the ``flow``, bounded for stability, to ``force`` (V, 3) N.
 
-    The drag along the normal is c (w - v) with c = ``coefficient`` area |w - v|; c never exceeds what brings
-    the vertex, left alone, to the flow's velocity within ``h`` s, so that no wind makes it overshoot. Below
-    that bound the force is exact, so that what hangs or falls in a steady wind ends where theory says.
+    The drag along the normal is c (w - v) with c = ``coefficient`` area |w - v|, the area as in
+    :func:`add_drag_of_flow`; c never exceeds what brings the vertex, left alone, to the flow's velocity within
+    ``h`` s, so that no wind makes it overshoot. Below that bound the force is exact, so that what hangs or falls
+    in a steady wind ends where theory says.
     """
     for v in range(flow.shape[0]):
         ax = area_vector[v, 0]
@@ -84,7 +90,7 @@ def add_relative_drag(velocity, flow, area_vector, coefficient, mass, h, force):
             wy = flow[v, 1] - velocity[v, 1]
             wz = flow[v, 2] - velocity[v, 2]
             speed = math.sqrt(wx * wx + wy * wy + wz * wz)
-            c = min(coefficient * area * speed, mass[v] / h)
+            c = min(coefficient * min(area, rest_area[v]) * speed, mass[v] / h)
             c = c * (ax * wx + ay * wy + az * wz) / (area * area)
             force[v, 0] += c * ax
             force[v, 1] += c * ay

@@ -69,7 +69,10 @@ def angular_momentum(state: State, mass: np.ndarray) -> np.ndarray:
 
 
 def period(times: np.ndarray, swing: np.ndarray) -> float:
-    """s: twice the mean distance of the zero crossings of ``swing``, each found by linear interpolation."""
+    """s: twice the mean distance of the zero crossings of ``swing``, each found by linear interpolation.
+
+    Infinite for what crosses zero less than twice.
+    """
     at = np.flatnonzero(swing[:-1] * swing[1:] < 0)
     crossing = times[at] + (times[at + 1] - times[at]) * swing[at] / (swing[at] - swing[at + 1])
-    return 2.0 * float(np.diff(crossing).mean())
+    return 2.0 * float(np.diff(crossing).mean()) if len(crossing) > 1 else float("inf")

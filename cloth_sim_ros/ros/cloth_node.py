@@ -58,22 +58,13 @@ class ClothNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to step, publish and record."""
         result = super().on_activate(state)
-        if self._recorder is None:
-            self._open_session()
-        parts = self._parts
-        parts.outputs.recorder = parts.inputs.recorder = self._recorder
-        self._runner = Runner(
-            parts.simulation,
-            pace_of(self, parts.simulation.solver.config.dt, self._activated),
-            parts.outputs,
-            self._recorder,
-            parts.failures,
-            ros_now=lambda: self.get_clock().now().nanoseconds,
-            budget=self.settings.time_budget,
-            on_reset=parts.intake.forget_stamps,
-        )
-        self._runner.start()
-        parts.inputs.active = True
+        try:
+            self._activate()
+        except Exception:  # as above
+            self.get_logger().error(f"cannot run:\n{traceback.format_exc()}")
+            self._stop()
+            super().on_deactivate(state)
+            return TransitionCallbackReturn.FAILURE
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -120,6 +111,24 @@ class ClothNode(LifecycleNode):
             clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
         undo.callback(self.destroy_timer, timer)
+
+    def _activate(self) -> None:
+        if self._recorder is None:
+            self._open_session()
+        parts = self._parts
+        parts.outputs.recorder = parts.inputs.recorder = self._recorder
+        self._runner = Runner(
+            parts.simulation,
+            pace_of(self, parts.simulation.solver.config.dt, self._activated),
+            parts.outputs,
+            self._recorder,
+            parts.failures,
+            ros_now=lambda: self.get_clock().now().nanoseconds,
+            budget=self.settings.time_budget,
+            on_reset=parts.intake.forget_stamps,
+        )
+        self._runner.start()
+        parts.inputs.active = True
 
     def _open_session(self) -> None:
         simulation = self._parts.simulation

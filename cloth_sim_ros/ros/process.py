@@ -15,6 +15,7 @@ from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from cloth_core import SettingError
+from cloth_sim_ros.command_line import complain
 from cloth_sim_ros.ros.cloth_node import ClothNode
 
 _SPIN_SECONDS = 0.1
@@ -45,6 +46,10 @@ def run(ros_arguments: Sequence[str]) -> int:
     node: ClothNode | None = None
     try:
         rclpy.init(args=list(ros_arguments), signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # which one depends on what is wrong with the arguments
+        complain("cloth_node", " ".join(str(error).split()))
+        return 2
+    try:
         node = ClothNode()
         if node.settings.autostart and not _bring_up(node):
             return 1

@@ -1,0 +1,87 @@
+"""ROS messages in, numbers of the core out; damaged fields are refused by name, value, range and unit.
+
+Works on anything that has a message's attributes; knows no rclpy.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cloth_core import InputError, Pose
+
+NANOSECONDS = 1_000_000_000
+POSITION_LIMIT = 1e6
+
+
+class RefusedError(InputError):
+    """A message whose value cannot be used.
+
+    Args:
+        field: the field that is wrong, such as ``pose.position``.
+        problem: its value, and what would be allowed.
+    """
+
+    def __init__(self, field: str, problem: str) -> None:
+        self.field = field
+        super().__init__(f"{field} {problem}")
+
+
+def read_pose(message: Any) -> Pose:
+    """The pose of a geometry_msgs/PoseStamped, in its own frame.
+
+    Raises:
+        RefusedError: a component is not finite or too large, or the quaternion is (nearly) zero.
+    """
+    p, q = message.pose.position, message.pose.orientation
+    position, orientation = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+    if not all(math.isfinite(c) and abs(c) < POSITION_LIMIT for c in position):
+        raise RefusedError("pose.position", f"= {_numbers(position)} m: allowed are finite numbers within +-1e+06 m")
+    try:
+        return Pose(position, orientation)
+    except InputError:
+        problem = f"= {_numbers(orientation)} (x, y, z, w): allowed is a finite quaternion of length 1, not zero"
+        raise RefusedError("pose.orientation", problem) from None
+
+
+def read_wind(message: Any) -> tuple[float, float, float]:
+    """The vector of a geometry_msgs/Vector3Stamped, m/s, in its own frame.
+
+    Raises:
+        RefusedError: a component is not finite.
+    """
+    vector = (float(message.vector.x), float(message.vector.y), float(message.vector.z))
+    if not all(math.isfinite(c) for c in vector):
+        raise RefusedError("vector", f"= {_numbers(vector)} m/s: allowed are finite numbers")
+    return vector
+
+
+def cap_speed(velocity: tuple[float, float, float], limit: float) -> tuple[tuple[float, float, float], bool]:
+    """``velocity`` m/s, no faster than ``limit`` m/s in the same direction; and whether it was faster."""
+    if math.hypot(*velocity) <= limit:
+        return velocity, False
+    largest = max(abs(c) for c in velocity)
+    direction = [c / largest for c in velocity]  # the length of the largest floats would overflow
+    scale = limit / math.hypot(*direction)
+    return tuple(c * scale for c in direction), True  # type: ignore[return-value]
+
+
+def read_closure(message: Any) -> float:
+    """The closure of a std_msgs/Float64: 0 open .. 1 closed.
+
+    Raises:
+        RefusedError: it is not within 0 .. 1.
+    """
+    closure = float(message.data)
+    if not 0.0 <= closure <= 1.0:
+        raise RefusedError("data", f"= {closure:g} (closure): allowed is 0 (open) .. 1 (closed), without unit")
+    return closure
+
+
+def stamp_ns(message: Any) -> int:
+    """The header's stamp in ns; 0 means that the publisher set none."""
+    return int(message.header.stamp.sec) * NANOSECONDS + int(message.header.stamp.nanosec)
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{v:g}" for v in values) + ")"

@@ -1,0 +1,110 @@
+"""What comes in over topics: checked, brought into the cloth's frame, and handed to the simulation.
+
+A message that cannot be used changes nothing: the last good value stays, and one line says why.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cloth_core import InputError, Pose
+from cloth_sim_ros import conversions, interfaces
+from cloth_sim_ros.conversions import NANOSECONDS, RefusedError
+from cloth_sim_ros.frames import FrameTree
+from cloth_sim_ros.interfaces import Interface
+from cloth_sim_ros.notices import Notices
+from cloth_sim_ros.simulation import Simulation
+
+NEW_EPOCH_AFTER = 1.0
+"""s without an accepted message after which an older stamp is taken as a clock that was set back (a bag
+that starts again, a headset that restarts) and no longer as a late message."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """One input topic: its resolved name, what it is, and the grasp or obstacle that it belongs to."""
+
+    topic: str
+    interface: Interface
+    name: str = ""
+
+
+class Intake:
+    """Takes messages of the input topics.
+
+    Args:
+        simulation: gets what was accepted.
+        frames: knows where the frames of the messages are.
+        wind_limit: m/s, above which the wind is capped.
+        notices: says and counts what was refused.
+    """
+
+    def __init__(self, simulation: Simulation, frames: FrameTree, wind_limit: float, notices: Notices) -> None:
+        self._simulation = simulation
+        self._frames = frames
+        self._wind_limit = wind_limit
+        self._notices = notices
+        self._accepted: dict[str, tuple[int, float]] = {}  # stamp in ns and receipt in s, by topic
+
+    def forget_stamps(self) -> None:
+        """Accept any stamp again: time begins anew."""
+        self._accepted.clear()
+
+    def receive(self, source: Source, message: Any, now: float) -> bool:
+        """Use ``message``, received at ``now`` (monotonic s); returns whether it was accepted."""
+        try:
+            if source.interface is interfaces.GRASP_CLOSURE:
+                self._simulation.set_closure(source.name, conversions.read_closure(message))
+                return True
+            stamp = self._checked_stamp(source, message, now)
+            frame = self._frame_of(source, message)
+            self._apply(source, message, frame, now)
+        except InputError as error:
+            field = error.field if isinstance(error, RefusedError) else "value"
+            self.refuse(source.topic, field, str(error))
+            return False
+        if stamp:
+            self._accepted[source.topic] = (stamp, now)
+        return True
+
+    def refuse(self, topic: str, field: str, problem: str) -> None:
+        """Count and say that a message was not used."""
+        self._notices.say(f"{topic} {field}", f"{topic}: {problem}; ignored, the last good value stays")
+
+    def _apply(self, source: Source, message: Any, frame: Pose, now: float) -> None:
+        if source.interface is interfaces.WIND:
+            velocity = frame.rotation @ conversions.read_wind(message)
+            self._set_wind(source, tuple(float(c) for c in velocity))  # type: ignore[arg-type]
+        elif source.interface is interfaces.GRASP_POSE:
+            self._simulation.set_grasp_pose(source.name, frame.compose(conversions.read_pose(message)), now)
+        else:
+            self._simulation.set_obstacle(source.name, frame.compose(conversions.read_pose(message)))
+
+    def _set_wind(self, source: Source, velocity: tuple[float, float, float]) -> None:
+        used, was_capped = conversions.cap_speed(velocity, self._wind_limit)
+        if was_capped:
+            shown = ", ".join(f"{c:g}" for c in velocity)
+            allowed = f"allowed is a speed of 0 .. {self._wind_limit:g} m/s (solver.max_wind_speed)"
+            self._notices.say(f"{source.topic} capped", f"{source.topic}: vector = ({shown}) m/s: {allowed}; capped")
+        self._simulation.set_wind(used)
+
+    def _checked_stamp(self, source: Source, message: Any, now: float) -> int:
+        stamp = conversions.stamp_ns(message)
+        newest, received = self._accepted.get(source.topic, (0, now))
+        if stamp == 0 or stamp >= newest:
+            return stamp
+        behind = f"{(newest - stamp) / NANOSECONDS:.3f} s"
+        if now - received < NEW_EPOCH_AFTER:
+            allowed = f"{behind} before the last one: allowed are later or equal ones, or 0"
+            raise RefusedError("header.stamp", f"= {stamp / NANOSECONDS:.3f} s is {allowed}")
+        cause = f"{source.topic} header.stamp set back"
+        self._notices.say(cause, f"{source.topic}: header.stamp went back by {behind}; followed")
+        return stamp
+
+    def _frame_of(self, source: Source, message: Any) -> Pose:
+        if not message.header.frame_id:
+            cloth = self._frames.cloth_frame
+            text = f"{source.topic}: header.frame_id is empty; taken as the cloth's frame '{cloth}' (said once)"
+            self._notices.say_once(f"{source.topic} frame", text)
+        return self._frames.to_cloth(message.header.frame_id)

@@ -1,0 +1,120 @@
+"""Every topic and service of the node, in one table. Names are relative to the node (``~``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cloth_sim_ros.session import Qos
+
+NEWEST = Qos(reliability="best_effort", depth=1)
+"""Poses and wind: only the newest counts, and every publisher matches."""
+COMMAND = Qos(reliability="reliable", depth=10)
+"""Closure: none may be lost."""
+STREAM = Qos(reliability="reliable", depth=5)
+"""Outputs: large messages arrive whole, and a slow reader does not hold up the others."""
+LATCHED = Qos(reliability="reliable", durability="transient_local", depth=1)
+"""What changes rarely: whoever comes late gets the last one."""
+
+
+@dataclass(frozen=True)
+class Interface:
+    """One topic or service.
+
+    Args:
+        direction: ``in``, ``out`` or ``srv``.
+        name: relative to the node; ``{name}`` stands for a name that the scene declares.
+        type_name: ROS interface type.
+        meaning: one line for people.
+        qos: what the node offers or asks for; None for services.
+        declared: part of the scene that declares the names: ``grasps``, ``obstacles``, or nothing.
+    """
+
+    direction: str
+    name: str
+    type_name: str
+    meaning: str
+    qos: Qos | None = None
+    declared: str = ""
+
+    def named(self, name: str) -> str:
+        """The topic of one declared name."""
+        return self.name.format(name=name)
+
+
+GRASP_POSE = Interface(
+    "in", "~/grasp/{name}/pose", "geometry_msgs/msg/PoseStamped",
+    "gripper or hand; later than grasp_timeout it is held where it is", NEWEST, "grasps",
+)  # fmt: skip
+GRASP_CLOSURE = Interface(
+    "in", "~/grasp/{name}/closure", "std_msgs/msg/Float64",
+    "0 open .. 1 closed; closing captures the cloth within the grasp's radius", COMMAND, "grasps",
+)  # fmt: skip
+WIND = Interface(
+    "in",
+    "~/wind",
+    "geometry_msgs/msg/Vector3Stamped",
+    "mean wind in m/s, turned into the cloth's frame, capped",
+    NEWEST,
+)
+OBSTACLE_POSE = Interface(
+    "in", "~/obstacle/{name}/pose", "geometry_msgs/msg/PoseStamped",
+    "moves an obstacle; its surface drags cloth along", NEWEST, "obstacles",
+)  # fmt: skip
+
+POINTS = Interface(
+    "out", "~/cloth/points", "sensor_msgs/msg/PointCloud2",
+    "every step: x y z normal_x normal_y normal_z strain (float32), vertex_id (uint32)", STREAM,
+)  # fmt: skip
+MESH = Interface(
+    "out",
+    "~/cloth/mesh",
+    "visualization_msgs/msg/Marker",
+    "TRIANGLE_LIST; only while somebody listens",
+    STREAM,
+)
+TRIANGLES = Interface(
+    "out",
+    "~/cloth/triangles",
+    "sensor_msgs/msg/PointCloud2",
+    "vertex ids v0 v1 v2 (uint32) of every triangle",
+    LATCHED,
+)
+TOPOLOGY = Interface("out", "~/cloth/topology", "shape_msgs/msg/Mesh", "the cloth as it starts, for planners", LATCHED)
+OBSTACLES = Interface(
+    "out", "~/obstacles", "visualization_msgs/msg/MarkerArray", "what the cloth collides with", LATCHED
+)
+STATS = {
+    name: Interface("out", f"~/stats/{name}", "std_msgs/msg/Float64", meaning, STREAM)
+    for name, meaning in {
+        "step_time_ms": "time that the step took, ms",
+        "max_stretch": "largest length over rest length",
+        "kinetic_energy": "J",
+        "contacts": "pairs of vertex and obstacle in touch",
+        "held": "vertices pinned or grasped",
+    }.items()
+}
+DIAGNOSTICS = Interface(
+    "out",
+    "/diagnostics",
+    "diagnostic_msgs/msg/DiagnosticArray",
+    "once a second: timing, inputs, session",
+    STREAM,
+)
+PAUSE = Interface("srv", "~/pause", "std_srvs/srv/SetBool", "true stops the simulated time, false lets it go on")
+RESET = Interface("srv", "~/reset", "std_srvs/srv/Trigger", "back to the scene's start; nothing stays held")
+
+INPUTS = (GRASP_POSE, GRASP_CLOSURE, WIND, OBSTACLE_POSE)
+OUTPUTS = (POINTS, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, *STATS.values(), DIAGNOSTICS)
+SERVICES = (PAUSE, RESET)
+INTERFACES = (*INPUTS, *OUTPUTS, *SERVICES)
+
+
+def as_text() -> str:
+    """The table for ``--help``."""
+    shown = [(i.direction, i.name.replace("{name}", "<name>"), _short(i.type_name), i.meaning) for i in INTERFACES]
+    wide = [max(len(row[column]) for row in shown) for column in range(3)]
+    return "\n".join(f"  {d:<{wide[0]}}  {name:<{wide[1]}}  {kind:<{wide[2]}}  {m}" for d, name, kind, m in shown)
+
+
+def _short(type_name: str) -> str:
+    return type_name.replace("/msg/", "/").replace("/srv/", "/")

@@ -1,0 +1,191 @@
+"""The simulation as the node drives it: newest inputs in, one frame per tick out. No ROS, no clock."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cloth_core import Grasp, InputError, Inputs, Pose, State, StepReport
+from cloth_core.kernels import springs, surface
+from cloth_core.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The cloth after one step.
+
+    Args:
+        step_index: steps since the start of the episode.
+        time: s of simulated time.
+        position: (V, 3) m.
+        normal: (V, 3), unit, area-weighted; zero where there is no surface.
+        strain: (V,) largest strain of the springs at the vertex.
+        report: what the step did.
+        inputs: what drove it.
+        step_seconds: how long it took.
+        stale: grasps whose pose is older than the timeout; they are held where they were.
+        state: the whole state.
+    """
+
+    step_index: int
+    time: float
+    position: np.ndarray
+    normal: np.ndarray
+    strain: np.ndarray
+    report: StepReport
+    inputs: Inputs
+    step_seconds: float
+    stale: tuple[str, ...]
+    state: State
+
+    @property
+    def digest(self) -> str:
+        """Equal if and only if positions and velocities are bit-equal."""
+        return self.state.digest
+
+
+@dataclass
+class _Hand:
+    """The newest of one grasp: its pose and when it came, its closure."""
+
+    pose: Pose | None = None
+    received: float = 0.0
+    closure: float = 0.0
+    must_open: bool = False
+
+
+class Simulation:
+    """Holds a scene's solver and state, and turns the newest inputs into one step per tick.
+
+    The setters may be called from any thread; ``tick`` and ``reset`` from one thread at a time.
+
+    Args:
+        scene: what is simulated.
+        grasp_timeout: s without a pose after which a grasp counts as stale.
+    """
+
+    def __init__(self, scene: Scene, *, grasp_timeout: float = 0.1) -> None:
+        self.scene = scene
+        self.solver, self.state = scene.build()
+        self.paused = False
+        self.stale: tuple[str, ...] = ()
+        self._start = self.state
+        self._timeout = grasp_timeout
+        self._lock = threading.Lock()  # guards the inputs below
+        self._hands = {name: _Hand() for name in scene.inputs.grasps}
+        self._wind = scene.inputs.wind
+        self._obstacles = dict(scene.inputs.obstacles)
+
+    def prepare(self) -> None:
+        """Compile the kernels and factorise, so that no tick is slower than the others.
+
+        Two steps are tried with everything on (gusts, a moving grasp, a moving contact) and thrown away:
+        a first grasp or contact that compiled only then would stop the cloth for a second.
+        """
+        self.solver.prepare(self.state)
+        report, state = self.solver.report, self.state
+        wind = replace(self._wind, velocity=(1.0, 0.0, 0.0), gust_intensity=0.1)
+        free = np.setdiff1d(np.arange(len(state.position)), self.solver.pinned)
+        for lift in (0.0, 0.01):
+            where = [Pose((x, y, z + lift)) for x, y, z in state.position[free[:1]]]
+            grasps = {f"tried {n}": Grasp(pose=pose, closure=1.0) for n, pose in enumerate(where)}
+            obstacles = {name: pose for name in list(self.solver.obstacles)[:1] for pose in where}
+            state = self.solver.step(state, Inputs(grasps=grasps, wind=wind, obstacles=obstacles))
+        self.solver.report = report
+        self._frame(self.state, Inputs(), 0.0)
+
+    def set_grasp_pose(self, name: str, pose: Pose, now: float) -> None:
+        """Pose of a gripper in the cloth's frame; ``now`` is the receipt in monotonic s."""
+        with self._lock:
+            hand = self._hand(name)
+            hand.pose, hand.received = pose, now
+
+    def set_closure(self, name: str, closure: float) -> None:
+        """How far a gripper is closed, 0 .. 1; it waits for the gripper's first pose."""
+        with self._lock:
+            hand = self._hand(name)
+            hand.closure = closure
+            hand.must_open = hand.must_open and closure >= self.scene.inputs.grasps[name].open_at
+
+    def set_wind(self, velocity: tuple[float, float, float]) -> None:
+        """Mean wind in the cloth's frame, m/s; the scene's gusts stay."""
+        with self._lock:
+            self._wind = replace(self._wind, velocity=velocity)
+
+    def set_obstacle(self, name: str, pose: Pose) -> None:
+        """Where an obstacle shall be at the end of the next step."""
+        if name not in self.solver.obstacles:
+            raise InputError(f"no obstacle {name}; this scene has {', '.join(self.solver.obstacles) or 'none'}")
+        with self._lock:
+            self._obstacles[name] = pose
+
+    def tick(self, now: float, out_of_time: Callable[[], bool] | None = None) -> Frame:
+        """Advance by one step with the newest inputs.
+
+        Args:
+            now: monotonic s, to tell which grasps are stale.
+            out_of_time: the caller's clock; see :meth:`ClothSolver.step`.
+
+        Raises:
+            Exception: whatever the step raises; the state is then the one before.
+        """
+        inputs, self.stale = self._resolve(now)
+        begin = time.perf_counter()
+        self.state = self.solver.step(self.state, inputs, out_of_time)
+        return self._frame(self.state, inputs, time.perf_counter() - begin)
+
+    def reset(self) -> None:
+        """Back to the start of a new episode: the scene's state and inputs.
+
+        Nothing stays held, and a hand that is closed now has to open before it grasps again.
+        """
+        with self._lock:
+            self.state, self.stale = self._start, ()
+            for name, grasp in self.scene.inputs.grasps.items():
+                closed = self._hands[name].closure >= grasp.open_at
+                self._hands[name] = _Hand(must_open=closed)
+            self._wind = self.scene.inputs.wind
+            self._obstacles = dict(self.scene.inputs.obstacles)
+
+    def _hand(self, name: str) -> _Hand:
+        if name not in self._hands:
+            raise InputError(f"no grasp {name}; this scene has {', '.join(self._hands) or 'none'}")
+        return self._hands[name]
+
+    def _resolve(self, now: float) -> tuple[Inputs, tuple[str, ...]]:
+        with self._lock:
+            grasps: dict[str, Grasp] = {}
+            stale = []
+            for name, hand in self._hands.items():
+                if hand.pose is None:
+                    continue
+                closure = 0.0 if hand.must_open else hand.closure
+                grasps[name] = replace(self.scene.inputs.grasps[name], pose=hand.pose, closure=closure)
+                if now - hand.received > self._timeout:
+                    stale.append(name)
+            inputs = replace(self.scene.inputs, grasps=grasps, wind=self._wind, obstacles=dict(self._obstacles))
+        return inputs, tuple(stale)
+
+    def _frame(self, state: State, inputs: Inputs, seconds: float) -> Frame:
+        mesh = self.solver.mesh
+        area, normal = np.empty_like(state.position), np.empty_like(state.position)
+        surface.area_vectors(state.position, mesh.triangles, area)
+        surface.normals(area, normal)
+        strain = np.empty(len(state.position))
+        springs.vertex_strain(state.position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited, strain)
+        return Frame(
+            step_index=state.step_index,
+            time=state.time,
+            position=state.position,
+            normal=normal,
+            strain=strain,
+            report=self.solver.report,
+            inputs=inputs,
+            step_seconds=seconds,
+            stale=self.stale,
+            state=state,
+        )

@@ -1,0 +1,102 @@
+"""The default integrator against a dense twin, and against the implicit Euler step that it iterates toward."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import twins
+from scipy.optimize import minimize
+
+from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig, State
+from cloth_core.validation.scenes import UNLIMITED
+
+GRAVITY = np.array([0.2, -0.3, -9.81])
+H = 0.002
+
+
+def crumpled(mesh: ClothMesh, seed: int) -> State:
+    random = np.random.default_rng(seed)
+    return State(
+        mesh.rest_position + random.normal(0, 0.01, (mesh.vertex_count, 3)),
+        random.normal(0, 0.5, (mesh.vertex_count, 3)),
+    )
+
+
+def solver_of(mesh: ClothMesh, iterations: int, held: np.ndarray, substeps: int = 1, dt: float = H) -> ClothSolver:
+    config = SolverConfig(dt=dt, substeps=substeps, iterations=iterations, air_density=0.0)
+    solver = ClothSolver(mesh, Material(bend=1e-3, stretch_limit=UNLIMITED), config)
+    solver.pin(held)
+    return solver
+
+
+@pytest.mark.parametrize("held", [[], [12, 14], [0, 1, 2, 3, 4]])
+@pytest.mark.parametrize("iterations", [1, 3])
+def test_twenty_substeps_are_those_of_the_dense_twin(held, iterations):
+    mesh, held = ClothMesh.grid(width=0.4, height=0.3, columns=5, rows=3), np.array(held, int)
+    solver = solver_of(mesh, iterations, held)
+    mass, material = mesh.vertex_mass(solver.material), solver.material
+    bending = twins.bending_matrix(mesh.vertex_count, mesh.hinge_vertex, mesh.hinge_weight, material.bend)
+    state = crumpled(mesh, 3)
+    x, v = state.position, state.velocity
+    for _ in range(20):
+        state = solver.step(state, Inputs(gravity=tuple(GRAVITY)))
+        x, v = twins.local_global_step(
+            x, v, mass, mesh.spring_vertex, mesh.spring_rest, mesh.spring_stiffness(material), bending,
+            mass[:, None] * GRAVITY, H, held, x[held], iterations,
+        )  # fmt: skip
+        np.testing.assert_allclose(state.position, x, atol=1e-9)
+        np.testing.assert_allclose(state.velocity, v, atol=1e-6)
+
+
+def test_substeps_are_steps():
+    mesh = ClothMesh.grid(width=0.4, height=0.3, columns=5, rows=3)
+    one, ten = solver_of(mesh, 2, [12], substeps=10, dt=0.02), solver_of(mesh, 2, [12])
+    start = crumpled(mesh, 4)
+    whole, small = one.step(start, Inputs()), start
+    for _ in range(10):
+        small = ten.step(small, Inputs())
+    np.testing.assert_allclose(whole.position, small.position, atol=1e-13)
+
+
+def test_iterations_converge_to_the_minimum_of_the_incremental_potential():
+    """|x - y|^2_M / (2 h^2) + E(x), minimised by scipy without any of our matrices."""
+    mesh, held = ClothMesh.grid(width=0.4, height=0.3, columns=4, rows=3), np.array([8, 11])
+    solver = solver_of(mesh, 200, held)
+    material, mass = solver.material, mesh.vertex_mass(solver.material)
+    k, (i, j) = mesh.spring_stiffness(material), mesh.spring_vertex.T
+    bending = twins.bending_matrix(mesh.vertex_count, mesh.hinge_vertex, mesh.hinge_weight, material.bend)
+    start = crumpled(mesh, 5)
+    inertial = start.position + H * start.velocity + H * H * GRAVITY
+    free = np.setdiff1d(np.arange(12), held)
+
+    def whole(flat):
+        x = start.position.copy()
+        x[free] = flat.reshape(-1, 3)
+        return x
+
+    def potential(flat):
+        x = whole(flat)
+        length = np.linalg.norm(x[i] - x[j], axis=1)
+        elastic = 0.5 * k @ (length - mesh.spring_rest) ** 2 + 0.5 * np.sum(x * (bending @ x))
+        return 0.5 / H**2 * np.sum(mass[:, None] * (x - inertial) ** 2) + elastic
+
+    def slope(flat):
+        x = whole(flat)
+        force = twins.spring_forces(x, 0 * x, mesh.spring_vertex, mesh.spring_rest, k, 0.0) - bending @ x
+        return (mass[:, None] / H**2 * (x - inertial) - force)[free].ravel()
+
+    best = minimize(
+        potential, inertial[free].ravel(), jac=slope, method="BFGS", options={"gtol": 1e-9, "maxiter": 5000}
+    )
+    after = solver.step(start, Inputs(gravity=tuple(GRAVITY)))
+    assert np.abs(slope(after.position[free].ravel())).max() < 1e-5 * np.abs(slope(inertial[free].ravel())).max()
+    np.testing.assert_allclose(after.position, whole(best.x), atol=1e-6)
+
+
+def test_damping_slows_motion_at_its_rate():
+    mesh = ClothMesh.grid(width=0.4, height=0.3, columns=5, rows=3)
+    solver = ClothSolver(mesh, Material(damping=3.0), SolverConfig(air_density=0.0))
+    state = State(mesh.rest_position.copy(), np.tile([1.0, 0.0, 0.0], (15, 1)))
+    for _ in range(50):
+        state = solver.step(state, Inputs(gravity=(0.0, 0.0, 0.0)))
+    np.testing.assert_allclose(state.velocity, np.tile([np.exp(-3.0), 0.0, 0.0], (15, 1)), atol=1e-9)

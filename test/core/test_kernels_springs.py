@@ -1,0 +1,96 @@
+"""The spring kernels against their slow twins."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import twins
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cloth_core.kernels import springs
+
+SEEDS = st.integers(0, 10**6)
+
+
+def random_net(seed: int):
+    """Vertices, velocities, springs with rest lengths and stiffnesses; two vertices coincide."""
+    random = np.random.default_rng(seed)
+    count, links = random.integers(3, 9), random.integers(2, 20)
+    x, v = random.normal(size=(2, count, 3))
+    x[1] = x[0]
+    pairs = np.array([random.choice(count, 2, replace=False) for _ in range(links - 1)] + [[0, 1]], np.int32)
+    return random, x, v, pairs, random.uniform(0.1, 2.0, links), random.uniform(0.0, 500.0, links)
+
+
+@given(SEEDS, st.sampled_from([0.0, 0.02]))
+def test_spring_forces_are_those_of_figure_4(seed, dt):
+    random, x, v, pairs, rest, k = random_net(seed)
+    before = random.normal(size=x.shape)
+    force = before.copy()
+    springs.add_spring_forces(x, v, pairs, rest, k, dt, force)
+    np.testing.assert_allclose(force - before, twins.spring_forces(x, v, pairs, rest, k, dt), atol=1e-11)
+
+
+def test_spring_forces_are_the_slope_of_the_energy():
+    _, x, v, pairs, rest, k = random_net(4)
+    pairs, rest, k = pairs[:-1], rest[:-1], k[:-1]
+    x[1] += 0.5
+    energy = lambda y: 0.5 * np.sum(k * (np.linalg.norm(y[pairs[:, 0]] - y[pairs[:, 1]], axis=1) - rest) ** 2)  # noqa: E731
+    force = np.zeros_like(x)
+    springs.add_spring_forces(x, v, pairs, rest, k, 0.0, force)
+    for i, a in np.ndindex(*x.shape):
+        step = np.zeros_like(x)
+        step[i, a] = 1e-6
+        slope = (energy(x + step) - energy(x - step)) / 2e-6
+        assert force[i, a] == pytest.approx(-slope, abs=1e-5)
+
+
+@given(SEEDS)
+def test_local_step_pulls_each_spring_to_its_rest_length(seed):
+    random, x, _, pairs, rest, k = random_net(seed)
+    before = random.normal(size=x.shape)
+    right_side = before.copy()
+    springs.add_rest_lengths(x, pairs, rest, k, 0.37, right_side)
+    np.testing.assert_allclose(right_side - before, twins.rest_length_pull(x, pairs, rest, k, 0.37), atol=1e-11)
+
+
+@given(SEEDS, st.booleans())
+def test_shortening_follows_section_3_3_2(seed, backward):
+    random, x, _, pairs, rest, _ = random_net(seed)
+    inverse_mass = random.uniform(0.5, 5.0, len(x)) * (random.random(len(x)) > 0.3)
+    expected, worst = twins.shorten(x, pairs, rest, inverse_mass, backward)
+    assert springs.shorten_springs(x, pairs, rest, inverse_mass, backward) == pytest.approx(worst, abs=1e-12)
+    np.testing.assert_allclose(x, expected, atol=1e-12)
+
+
+@given(SEEDS)
+def test_stretch_and_strain_are_read_off_the_chosen_springs(seed):
+    random, x, _, pairs, rest, _ = random_net(seed)
+    rest[0] = 0.0
+    chosen = random.random(len(rest)) < 0.6
+    used = chosen & (rest > 0)
+    expected = twins.stretches(x, pairs[used], rest[used]).max(initial=0.0)
+    assert springs.largest_stretch(x, pairs, rest, chosen) == pytest.approx(expected, rel=1e-13)
+    strain = np.full(len(x), np.nan)
+    springs.vertex_strain(x, pairs, rest, chosen, strain)
+    np.testing.assert_allclose(strain, twins.strain_at_vertices(x, pairs, rest, chosen), atol=1e-13)
+
+
+@given(SEEDS, st.sampled_from([0.0, 0.02]))
+def test_hinge_forces_are_minus_q_times_x(seed, dt):
+    random, x, v, *_ = random_net(seed)
+    x = np.concatenate([x, random.normal(size=(2, 3))])
+    v = np.concatenate([v, random.normal(size=(2, 3))])
+    hinges = np.array([random.choice(len(x), 4, replace=False) for _ in range(5)], np.int32)
+    weights = random.normal(size=(5, 4))
+    force = np.ones_like(x)
+    springs.add_hinge_forces(x, v, hinges, weights, 0.7, dt, force)
+    expected = -twins.bending_matrix(len(x), hinges, weights, 0.7) @ (x + dt * v)
+    np.testing.assert_allclose(force - 1.0, expected, atol=1e-12)
+
+
+@given(SEEDS)
+def test_farthest_move_is_the_longest_displacement(seed):
+    _, x, v, *_ = random_net(seed)
+    assert springs.farthest_move(x, x + v) == pytest.approx(np.linalg.norm(v, axis=1).max(), rel=1e-12)

@@ -1,0 +1,194 @@
+"""Meshes: areas, masses, groups, order, files, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+from cloth_core import ClothMesh, Material, MeshError
+from cloth_core.linear import stiffness_matrix
+from cloth_core.validation.geometry import irregular_sheet
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(2, 2), (5, 3), (12, 17)])
+def test_grid_areas_add_up_to_the_rectangle(columns, rows):
+    mesh = ClothMesh.grid(width=1.2, height=0.7, columns=columns, rows=rows)
+    assert mesh.vertex_count == columns * rows
+    assert len(mesh.triangles) == 2 * (columns - 1) * (rows - 1)
+    assert mesh.vertex_area.sum() == pytest.approx(1.2 * 0.7, rel=1e-13)
+    assert mesh.vertex_mass(Material(areal_density=0.25)).sum() == pytest.approx(0.25 * 1.2 * 0.7, rel=1e-13)
+
+
+def test_grid_is_centred_flat_and_faces_up():
+    mesh = ClothMesh.grid(width=1.0, height=0.6, columns=4, rows=3)
+    np.testing.assert_allclose(mesh.rest_position.mean(axis=0), 0, atol=1e-15)
+    np.testing.assert_allclose(np.ptp(mesh.rest_position, axis=0), [1.0, 0.6, 0.0], atol=1e-15)
+    a, b, c = (mesh.rest_position[mesh.triangles[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+def test_groups_lie_where_their_names_say():
+    mesh = ClothMesh.grid(width=1.0, height=0.6, columns=4, rows=3)
+    x, y, _ = mesh.rest_position.T
+    assert (x[mesh.group("left")] == x.min()).all() and len(mesh.group("left")) == 3
+    assert (x[mesh.group("right")] == x.max()).all()
+    assert (y[mesh.group("top")] == y.max()).all() and len(mesh.group("top")) == 4
+    assert (y[mesh.group("bottom")] == y.min()).all()
+    np.testing.assert_allclose(
+        mesh.rest_position[mesh.group("corners"), :2], [[-0.5, 0.3], [0.5, 0.3], [-0.5, -0.3], [0.5, -0.3]]
+    )
+    assert set(mesh.group("corners")[:2]) <= set(mesh.group("top"))
+
+
+def test_an_unknown_group_is_named_with_those_there_are():
+    with pytest.raises(MeshError, match=r"'collar'.*bottom.*corners.*left.*right.*top"):
+        ClothMesh.grid(width=1, height=1, columns=2, rows=2).group("collar")
+
+
+def test_arrays_are_read_only():
+    mesh = ClothMesh.grid(width=1, height=1, columns=3, rows=3)
+    for array in (mesh.rest_position, mesh.triangles, mesh.spring_rest, mesh.vertex_area, mesh.uv):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+def energy_of(mesh: ClothMesh, material: Material, position: np.ndarray) -> float:
+    """Stretching energy in J."""
+    i, j = mesh.spring_vertex.T
+    length = np.linalg.norm(position[i] - position[j], axis=1)
+    return 0.5 * float(mesh.spring_stiffness(material) @ (length - mesh.spring_rest) ** 2)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(3, 3), (7, 5), (21, 33)])
+def test_grid_stiffness_is_that_of_the_sheet_however_fine(columns, rows):
+    """A small warp, weft or shear strain e stores stiffness e^2 / 2 per area."""
+    material = Material(stretch_warp=900.0, stretch_weft=300.0, shear=50.0)
+    mesh, e = ClothMesh.grid(width=0.8, height=0.5, columns=columns, rows=rows), 1e-4
+    x = mesh.rest_position
+    sheared = energy_of(mesh, material, x + e * np.stack([x[:, 1], 0 * x[:, 1], 0 * x[:, 2]], axis=1))
+    assert sheared == pytest.approx(0.5 * 50.0 * e**2 * 0.4, rel=1e-3)
+    no_shear = Material(stretch_warp=900.0, stretch_weft=300.0, shear=0.0)
+    assert energy_of(mesh, no_shear, x * [1, 1 + e, 1]) == pytest.approx(0.5 * 900.0 * e**2 * 0.4, rel=1e-9)
+    assert energy_of(mesh, no_shear, x * [1 + e, 1, 1]) == pytest.approx(0.5 * 300.0 * e**2 * 0.4, rel=1e-9)
+
+
+def test_bending_costs_nothing_when_flat_turned_or_moved():
+    mesh = irregular_sheet(1.0, 0.6, 8)
+    bend = stiffness_matrix(mesh, Material(bend=1.0)) - stiffness_matrix(mesh, Material(bend=0.0))
+    turned = mesh.rest_position @ np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0].T + [1, 2, 3]
+    np.testing.assert_allclose(bend @ turned, 0, atol=1e-9)
+    assert (np.linalg.eigvalsh(bend.toarray()) > -1e-9).all()
+
+
+def test_from_triangles_weighs_an_irregular_sheet_right():
+    mesh = irregular_sheet(1.3, 0.8, 11)
+    assert mesh.vertex_area.sum() == pytest.approx(1.3 * 0.8, rel=1e-13)
+    assert (mesh.vertex_area > 0).all()
+    assert len(np.unique(mesh.spring_vertex, axis=0)) == len(mesh.spring_vertex)
+
+
+def pulled_along_y(mesh: ClothMesh, material: Material) -> float:
+    """Tension per width and strain, N/m, of a strip pulled by its ends, free to get narrower; linear, dense."""
+    x, k, (i, j) = mesh.rest_position[:, :2], mesh.spring_stiffness(material), mesh.spring_vertex.T
+    along, row = (x[i] - x[j]) / mesh.spring_rest[:, None], np.arange(len(k))
+    lengthening = np.zeros((len(k), 2 * len(x)))
+    for a in (0, 1):
+        lengthening[row, 2 * i + a] = along[:, a]
+        lengthening[row, 2 * j + a] = -along[:, a]
+    matrix = lengthening.T @ (k[:, None] * lengthening) + 1e-9 * np.eye(2 * len(x))
+    low, high = (np.flatnonzero(np.abs(x[:, 1] - end) < 1e-9) for end in (x[:, 1].min(), x[:, 1].max()))
+    fixed = np.concatenate([2 * low + 1, 2 * high + 1])
+    free = np.setdiff1d(np.arange(2 * len(x)), fixed)
+    moved = np.zeros(2 * len(x))
+    moved[2 * high + 1] = 1.0
+    moved[free] = np.linalg.solve(matrix[np.ix_(free, free)], -matrix[np.ix_(free, fixed)] @ moved[fixed])
+    return float((matrix @ moved)[2 * high + 1].sum() * np.ptp(x[:, 1]) / np.ptp(x[:, 0]))
+
+
+@pytest.mark.parametrize("cells", [6, 10, 16])
+def test_a_pulled_strip_is_as_stiff_as_its_material_says_however_fine(cells):
+    threads = Material(stretch_warp=900.0, stretch_weft=300.0, shear=0.0)
+    grid = ClothMesh.grid(width=0.5, height=1.0, columns=cells, rows=2 * cells)
+    assert pulled_along_y(grid, threads) == pytest.approx(900.0, rel=1e-6)
+    even = Material(stretch_warp=500.0, stretch_weft=500.0)
+    assert pulled_along_y(irregular_sheet(0.5, 1.0, cells), even) == pytest.approx(500.0, rel=0.06)
+
+
+@pytest.mark.parametrize("extension", ["obj", "stl", "ply"])
+def test_files_are_read_through_trimesh(tmp_path, extension):
+    """STL holds every corner anew: vertices must come back merged."""
+    sheet = ClothMesh.grid(width=0.4, height=0.3, columns=5, rows=4)
+    path = tmp_path / f"sheet.{extension}"
+    trimesh.Trimesh(sheet.rest_position * 1000, sheet.triangles, process=False).export(path)
+    loaded = ClothMesh.load(path, scale=0.001)
+    assert loaded.vertex_count == 20
+    assert len(loaded.component) == 20 and loaded.component.max() == 0
+    assert loaded.vertex_area.sum() == pytest.approx(0.12, rel=1e-5)
+    np.testing.assert_allclose(np.ptp(loaded.rest_position, axis=0), [0.4, 0.3, 0.0], atol=1e-6)
+
+
+def test_a_file_that_cannot_be_used_is_named(tmp_path):
+    broken = tmp_path / "broken.obj"
+    broken.write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
+    empty = tmp_path / "empty.obj"
+    empty.write_text("v 0 0 0\n")
+    for path in (broken, empty, tmp_path / "missing.obj", tmp_path / "what.xyzzy"):
+        with pytest.raises(MeshError, match=path.name):
+            ClothMesh.load(path)
+
+
+def test_from_springs_takes_any_topology():
+    x = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [5, 5, 5]], float)
+    pairs = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
+    mesh = ClothMesh.from_springs(x, pairs, stiffness=np.arange(6.0), mass=0.1, limited=[True] * 3 + [False] * 3)
+    assert mesh.component.tolist() == [0, 0, 0, 0, 1]
+    np.testing.assert_array_equal(mesh.spring_stiffness(Material()), np.arange(6.0))
+    np.testing.assert_allclose(mesh.spring_rest, [1, 1, 1] + [2**0.5] * 3)
+    assert mesh.vertex_mass(Material()).tolist() == [0.1] * 5
+
+
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], float)
+HALVES = [[0, 1, 2], [1, 3, 2]]
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: ClothMesh.grid(width=1, height=1, columns=1, rows=5), "at least 2 columns and 2 rows, not 1 x 5"),
+        (lambda: ClothMesh.grid(width=-1, height=1, columns=3, rows=3), "positive width and height, not -1 x 1 m"),
+        (lambda: ClothMesh.grid(width=np.inf, height=1, columns=3, rows=3), "positive width"),
+        (
+            lambda: ClothMesh.from_triangles(np.where(SQUARE == 1, np.nan, SQUARE), HALVES),
+            "not finite at vertices 1, 2, 3",
+        ),
+        (
+            lambda: ClothMesh.from_triangles(SQUARE, [[0, 1, 2], [1, 7, 2]]),
+            r"triangles 1 name vertices outside 0 \.\. 3",
+        ),
+        (lambda: ClothMesh.from_triangles(SQUARE, [[0, 1, 2], [1, 3, 3]]), "triangles 1 name the same vertex twice"),
+        (lambda: ClothMesh.from_triangles(SQUARE, HALVES[:1]), "vertices 3 belong to no triangle"),
+        (
+            lambda: ClothMesh.from_triangles(SQUARE * [1, 0, 0] + [[0, 0, 0], [0, 0, 0], [3, 0, 0], [0, 0, 0]], HALVES),
+            "no area",
+        ),
+        (lambda: ClothMesh.from_triangles(np.zeros((0, 3)), np.zeros((0, 3), int)), r"shape \(V, 3\)"),
+        (lambda: ClothMesh.from_springs(SQUARE, [[0, 4]], stiffness=1, mass=1), "springs 0 name vertices outside"),
+        (lambda: ClothMesh.from_springs(SQUARE, [[0, 1]], stiffness=-1, mass=1), r"stiffness \(N/m\) .* at 0"),
+        (
+            lambda: ClothMesh.from_springs(SQUARE, [[0, 1]], stiffness=1, mass=[1, 0, 1, np.nan]),
+            r"mass \(kg\) .* at 1, 3",
+        ),
+        (lambda: ClothMesh.from_springs(SQUARE, [[0, 1]], stiffness=1, mass=1, rest_length=[-2]), r"rest length \(m\)"),
+        (lambda: ClothMesh.from_triangles(SQUARE, HALVES, groups={"hem": [4]}), "group 'hem'"),
+    ],
+)
+def test_bad_meshes_are_refused_with_the_elements_at_fault(build, message):
+    with pytest.raises(MeshError, match=message):
+        build()
+
+
+def test_digest_tells_meshes_apart():
+    one, same = (ClothMesh.grid(width=1, height=1, columns=3, rows=3) for _ in range(2))
+    assert one.digest == same.digest
+    assert one.digest != ClothMesh.grid(width=1, height=1.0001, columns=3, rows=3).digest

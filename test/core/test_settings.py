@@ -1,0 +1,108 @@
+"""Settings refuse what makes no sense, and say which key, which value, which range and unit."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+
+from cloth_core import Grasp, InputError, Inputs, Material, Pose, SettingError, SolverConfig, Wind
+from cloth_core.obstacles import Box, Capsule, Ellipsoid, Plane, Sphere
+
+EVERY_SECTION = (Material, SolverConfig, Wind, Grasp, Plane, Sphere, Box, Capsule, Ellipsoid)
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: Material(areal_density=-0.1), ["areal_density", "-0.1", "0.001 .. 20", "kg/m^2"]),
+        (lambda: Material(areal_density=math.nan), ["areal_density", "nan", "kg/m^2"]),
+        (lambda: Material(bend="0.1"), ["bend", "'0.1'", "a number", "N m"]),
+        (lambda: Material(friction=True), ["friction", "True", "0 .. 10"]),
+        (lambda: SolverConfig(dt=0.5), ["dt", "0.5", "0.001 .. 0.1 s"]),
+        (lambda: SolverConfig(substeps=2.5), ["substeps", "2.5", "a whole number", "0 .. 200"]),
+        (lambda: SolverConfig(integrator="rk4"), ["integrator", "'rk4'", "implicit_euler, meyer2000"]),
+        (lambda: Wind(velocity=(1.0, 2.0)), ["velocity", "2 components", "3 numbers", "m/s"]),
+        (lambda: Wind(velocity=(1.0, math.inf, 0.0)), ["velocity", "inf", "m/s"]),
+        (lambda: Wind(velocity="fast"), ["velocity", "'fast'"]),
+        (lambda: Grasp(pose=Pose(), closure=1.2), ["closure", "1.2", "0 .. 1"]),
+        (lambda: Sphere(radius=0.0), ["radius", "0.0", "0.0001 .. 1000 m"]),
+        (lambda: Box(extents=(1.0, 1.0, -1.0)), ["extents", "-1.0", "m"]),
+        (lambda: Plane(normal=(0.0, 0.0, 0.0)), ["normal", "no direction"]),
+        (lambda: Material.preset("velvet"), ["preset", "'velvet'", "denim"]),
+        (lambda: Material.preset("denim", friction=99.0), ["friction", "99.0", "0 .. 10"]),
+    ],
+)
+def test_message_names_key_value_range_and_unit(build, words):
+    with pytest.raises(SettingError) as caught:
+        build()
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_every_bound_is_allowed_and_what_lies_beyond_is_not():
+    for section in (Material, SolverConfig):
+        for name, known in section.settings():
+            if known.kind not in ("float", "int"):
+                continue
+            for bound in (known.low, known.high):
+                assert getattr(section(**{name: bound}), name) == bound
+            for beyond in (known.low - 1, known.high + 1):
+                with pytest.raises(SettingError, match=name):
+                    section(**{name: beyond})
+
+
+@pytest.mark.parametrize("section", EVERY_SECTION)
+def test_every_setting_has_a_sentence(section):
+    for name, known in section.settings():
+        assert known.help, name
+        assert known.allowed, name
+
+
+def test_mapping_round_trip_is_exact():
+    material = Material.preset("denim", friction=0.1 + 0.2)
+    assert Material.from_mapping(material.as_mapping()) == material
+    wind = Wind(velocity=(0.1, 0.2, 0.3), gust_seed=7)
+    assert Wind.from_mapping(wind.as_mapping()) == wind
+
+
+def test_unknown_and_missing_keys_are_named():
+    with pytest.raises(SettingError, match=r"arreal_density: no such key; did you mean areal_density\?"):
+        Material.from_mapping({"arreal_density": 0.2})
+    with pytest.raises(SettingError, match="zzz: no such key; known keys: areal_density"):
+        Material.from_mapping({"zzz": 0.2})
+    with pytest.raises(SettingError, match="radius: is missing: a number"):
+        Sphere.from_mapping({})
+    with pytest.raises(SettingError, match="not a section"):
+        Material.from_mapping([1, 2])
+
+
+def test_an_error_can_be_placed_in_its_section_and_file():
+    error = SettingError("dt", "0.5 is out of range").under("solver").read_from("scarf.yaml")
+    assert str(error) == "scarf.yaml: solver.dt: 0.5 is out of range"
+    assert (error.key, error.source) == ("solver.dt", "scarf.yaml")
+
+
+def test_settings_are_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Material().friction = 0.5
+
+
+@pytest.mark.parametrize(
+    ("build", "word"),
+    [
+        (lambda: Pose((math.nan, 0, 0)), "position"),
+        (lambda: Pose((1e7, 0, 0)), "1e6"),
+        (lambda: Pose(orientation=(0, 0, 0, 0)), "orientation"),
+        (lambda: Pose(orientation=(0, 0, math.inf, 1)), "orientation"),
+        (lambda: Pose(orientation=(0, 0, 1)), "quaternion"),
+        (lambda: Pose((1, 2)), "three"),
+        (lambda: Inputs(gravity=(0, 0)), "gravity"),
+        (lambda: Inputs(gravity=(0, 0, math.nan)), "gravity"),
+        (lambda: Inputs(gravity=(0, 0, -2000)), "1000 m/s"),
+    ],
+)
+def test_bad_poses_and_gravity_are_input_errors(build, word):
+    with pytest.raises(InputError, match=word):
+        build()

@@ -1,0 +1,132 @@
+"""The solver as a whole: where it stands does not matter, and bad input touches nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from busy import assert_same, busy_inputs, busy_solver, played
+
+from cloth_core import (
+    ClothMesh,
+    ClothSolver,
+    Grasp,
+    InputError,
+    Inputs,
+    Material,
+    MeshError,
+    Pose,
+    SolverConfig,
+    State,
+    Wind,
+)
+from cloth_core.obstacles import Box, Sphere
+
+BOTH = pytest.mark.parametrize("integrator", ["implicit_euler", "meyer2000"])
+
+
+def placed_run(integrator: str, pose: Pose, seconds: float = 0.4) -> np.ndarray:
+    """Wind, gravity, ball and hand all placed by ``pose``; the result seen from it."""
+    mesh = ClothMesh.grid(width=0.6, height=0.5, columns=9, rows=8)
+    turn = lambda vector: tuple(pose.rotation @ np.array(vector))  # noqa: E731
+    ball = Sphere(radius=0.12, center=tuple(pose.apply(np.array([[0.05, 0.02, -0.15]]))[0]))
+    box = pose.compose(Pose((-0.2, 0.0, -0.3), (0.1, 0.2, 0.3, 1.0)))
+    obstacles = {"ball": ball, "box": Box(extents=(0.3, 0.3, 0.1), center=box.position, orientation=box.orientation)}
+    solver = ClothSolver(mesh, Material(), SolverConfig(integrator=integrator), obstacles=obstacles)
+    state = solver.initial_state(pose)
+    for n in range(round(seconds / 0.02)):
+        hand = Grasp(pose=pose.compose(Pose((0.3 - 0.004 * n, 0.25, 0.01 * n))), closure=1.0, radius=0.1)
+        wind = Wind(velocity=turn((1.0, 0.5, 0.3)))
+        state = solver.step(state, Inputs(grasps={"hand": hand}, wind=wind, gravity=turn((0.0, 0.0, -9.81))))
+    return pose.inverse_apply(state.position)
+
+
+@BOTH
+@pytest.mark.parametrize("pose", [Pose((3.0, -2.0, 5.0)), Pose((0.5, 0.2, 0.1), (0.3, -0.5, 0.2, 0.7))])
+def test_nothing_depends_on_where_the_world_has_its_origin_or_its_axes(integrator, pose):
+    np.testing.assert_allclose(placed_run(integrator, pose), placed_run(integrator, Pose()), atol=1e-6)
+
+
+@BOTH
+def test_pinned_and_grasped_vertices_are_held_alike(integrator):
+    """Eliminated from W before factorising, or held through the Schur complement: the same cloth."""
+    mesh = ClothMesh.grid(width=0.6, height=0.5, columns=9, rows=8)
+    corner = mesh.group("corners")[0]
+    results = []
+    for pinned in (True, False):
+        solver = ClothSolver(mesh, Material(), SolverConfig(integrator=integrator, dense_limit=0))
+        hand = Grasp(pose=Pose(tuple(mesh.rest_position[corner])), closure=0.0 if pinned else 1.0, radius=0.01)
+        if pinned:
+            solver.pin([corner])
+        state = solver.initial_state()
+        for _ in range(25):
+            state = solver.step(state, Inputs(grasps={"hand": hand}))
+        assert solver.report.held == 1
+        results.append(state.position)
+    np.testing.assert_allclose(*results, atol=1e-8)
+
+
+def test_pinned_vertices_stay_and_unpinned_fall():
+    solver = busy_solver("implicit_euler")
+    state = played(solver, solver.initial_state(), 0, 10)
+    corner = solver.pinned[0]
+    np.testing.assert_array_equal(state.position[corner], solver.initial_state().position[corner])
+    solver.unpin()
+    fallen = played(solver, state, 10, 12)
+    assert fallen.position[corner, 2] < state.position[corner, 2] - 1e-3
+
+
+def test_bad_input_raises_and_touches_nothing():
+    solver = busy_solver("implicit_euler")
+    state = played(solver, solver.initial_state(), 0, 6)
+    expected = solver.step(state, busy_inputs(6))
+    report = solver.report
+    broken = State(state.position.copy(), state.velocity, obstacles=state.obstacles)
+    broken.position[7, 1] = np.nan
+    for message, attempt in (
+        (
+            "no obstacle wall; this scene has ball, floor",
+            lambda: solver.step(state, Inputs(obstacles={"wall": Pose()})),
+        ),
+        ("3 sweep counts for 10 substeps", lambda: solver.step(state, Inputs(), sweeps=(1, 2, 3))),
+        ("not finite at vertices \\[7\\]", lambda: solver.step(broken, Inputs())),
+        (
+            "the state has 4 vertices, this cloth 120",
+            lambda: solver.step(State(np.zeros((4, 3)), np.zeros((4, 3))), Inputs()),
+        ),
+        ("does not say where ball, floor stands", lambda: solver.step(State(state.position, state.velocity), Inputs())),
+        ("cannot pin \\[120\\]: vertices are 0 .. 119", lambda: solver.pin([120])),
+    ):
+        with pytest.raises((InputError, MeshError), match=message):
+            attempt()
+        assert solver.report is report
+    assert_same(solver.step(state, busy_inputs(6)), expected)
+
+
+def test_a_mesh_with_massless_vertices_is_refused_before_anything_is_computed():
+    mesh = ClothMesh.grid(width=1, height=1, columns=3, rows=3)
+    fields = {name: getattr(mesh, name) for name in mesh.__dataclass_fields__}
+    bare = ClothMesh(**{**fields, "vertex_area": np.where(np.arange(9) == 4, 0.0, mesh.vertex_area)})
+    with pytest.raises(MeshError, match=r"vertices \[4\] have no mass"):
+        ClothSolver(bare)
+
+
+def test_the_quick_start_runs():
+    from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig, Wind
+    from cloth_core.obstacles import Sphere
+
+    mesh = ClothMesh.grid(width=1.0, height=1.0, columns=50, rows=50)
+    solver = ClothSolver(
+        mesh,
+        Material.preset("denim"),
+        SolverConfig(dt=0.02),
+        obstacles={"ball": Sphere(radius=0.3, center=(0.0, 0.0, -0.5))},
+    )
+    solver.pin(mesh.group("corners")[:2])
+    state = solver.initial_state()
+    for _ in range(200):
+        state = solver.step(state, Inputs(wind=Wind(velocity=(2.0, 0.0, 0.0))))
+    assert state.position.shape == (2500, 3)
+    assert 1.0 < solver.report.max_stretch < 1.2
+    assert state.time == pytest.approx(4.0)
+    assert -1.1 < state.position[:, 2].min() < -0.4
+    assert np.linalg.norm(state.position - [0.0, 0.0, -0.5], axis=1).min() > 0.3

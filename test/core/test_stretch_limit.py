@@ -1,0 +1,75 @@
+"""The stretch limit: neutral to momentum, held ends stay, and it limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig
+from cloth_core.physics.stretch_limit import StretchLimit
+
+MATERIAL = Material(stretch_limit=1.05)
+MESH = ClothMesh.grid(width=0.5, height=0.4, columns=6, rows=5)
+MASS = MESH.vertex_mass(MATERIAL)
+
+
+def pulled(seed: int = 0) -> np.ndarray:
+    return 1.2 * MESH.rest_position + np.random.default_rng(seed).normal(0, 0.02, MESH.rest_position.shape)
+
+
+def test_sweeps_keep_the_centre_of_mass():
+    limit, x = StretchLimit(MESH, MATERIAL, MASS), pulled()
+    before = x.copy()
+    for number in range(20):
+        assert limit.sweep(x, number) > 0
+    assert np.abs(x - before).max() > 0.01
+    np.testing.assert_allclose(MASS @ x, MASS @ before, atol=1e-15)
+
+
+def test_one_spring_keeps_its_axis_and_its_centre_of_gravity():
+    chain = ClothMesh.from_springs(
+        np.array([[0, 0, 0], [1, 2, 2.0]]), [[0, 1]], stiffness=1.0, mass=[1.0, 3.0], rest_length=[2.0]
+    )
+    x = chain.rest_position.copy()
+    assert StretchLimit(chain, MATERIAL, chain.explicit_mass).sweep(x, 0) == pytest.approx(3.0 / 2.1 - 1)
+    np.testing.assert_allclose(x[1] - x[0], np.array([1, 2, 2.0]) / 3 * 2.1, atol=1e-14)
+    np.testing.assert_allclose(0.25 * x[0] + 0.75 * x[1], 0.75 * np.array([1, 2, 2.0]), atol=1e-14)
+
+
+def test_sweeps_converge_to_the_limit():
+    limit, x = StretchLimit(MESH, MATERIAL, MASS), pulled()
+    for number in range(400):
+        excess = limit.sweep(x, number)
+    i, j = MESH.spring_vertex[MESH.spring_limited].T
+    stretch = np.linalg.norm(x[i] - x[j], axis=1) / MESH.spring_rest[MESH.spring_limited]
+    assert excess < 1e-4
+    assert stretch.max() < 1.05 * (1 + 1e-4)
+
+
+def test_held_ends_stay_and_short_springs_are_left_alone():
+    limit, x = StretchLimit(MESH, MATERIAL, MASS), pulled()
+    held = np.array([0, 7, 29])
+    limit.hold(held)
+    before = x.copy()
+    for number in range(20):
+        limit.sweep(x, number)
+    np.testing.assert_array_equal(x[held], before[held])
+    limit.hold(np.array([], int))
+    at_rest = MESH.rest_position.copy()
+    assert limit.sweep(at_rest, 0) == 0.0
+    np.testing.assert_array_equal(at_rest, MESH.rest_position)
+
+
+@pytest.mark.parametrize("integrator", ["implicit_euler", "meyer2000"])
+def test_a_hanging_cloth_keeps_to_its_limit(integrator):
+    mesh = ClothMesh.grid(width=0.8, height=0.8, columns=17, rows=17)
+    solver = ClothSolver(
+        mesh, Material(stretch_limit=1.05, stretch_warp=50.0, stretch_weft=50.0), SolverConfig(integrator=integrator)
+    )
+    solver.pin(mesh.group("corners")[:2])
+    state, worst = solver.initial_state(), 0.0
+    for _ in range(100):
+        state = solver.step(state, Inputs())
+        worst = max(worst, solver.report.max_stretch)
+    assert 1.04 < solver.report.max_stretch < 1.10
+    assert worst < 1.25

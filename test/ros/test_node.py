@@ -1,0 +1,182 @@
+"""One node, seen from outside: what it publishes fits together, and what it is told happens."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import PointCloud2
+from shape_msgs.msg import Mesh
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import Marker, MarkerArray
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+VERTICES, TRIANGLES = 81, 128
+POINT = np.dtype([(name, "<f4") for name in ("x", "y", "z", "nx", "ny", "nz", "strain")] + [("id", "<u4")])
+
+
+@pytest.fixture(scope="module")
+def node(start_node):
+    return start_node()
+
+
+@pytest.fixture(autouse=True)
+def from_the_start(node, peer):
+    """Every test begins with the cloth where the scene puts it."""
+    assert peer.call(Trigger, "reset", Trigger.Request()).success
+
+
+def positions(cloud):
+    points = np.frombuffer(bytes(cloud.data), POINT)
+    return np.stack([points["x"], points["y"], points["z"]], axis=1)
+
+
+def stamp(message):
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def pose(x, y, z, frame="world"):
+    message = PoseStamped()
+    message.header.frame_id = frame
+    message.pose.position.x, message.pose.position.y, message.pose.position.z = x, y, z
+    message.pose.orientation.w = 1.0
+    return message
+
+
+def test_points_come_with_normals_strain_and_ids_stamped_on_the_grid_of_steps(peer):
+    clouds = peer.listen(PointCloud2, "cloth/points")
+    peer.wait_until(lambda: len(clouds) >= 25, "25 clouds")
+    for cloud in clouds:
+        assert cloud.header.frame_id == "world"
+        assert (cloud.height, cloud.width, cloud.point_step) == (1, VERTICES, 32)
+        points = np.frombuffer(bytes(cloud.data), POINT)
+        assert points["id"].tolist() == list(range(VERTICES))
+        assert all(np.isfinite(points[name]).all() for name in POINT.names)
+        lengths = np.sqrt(points["nx"] ** 2 + points["ny"] ** 2 + points["nz"] ** 2)
+        assert lengths == pytest.approx(1.0, abs=1e-5)
+    steps = np.diff([stamp(cloud) for cloud in clouds]) / 20e6
+    assert steps == pytest.approx(np.round(steps), abs=0.1)
+    assert steps.min() > 0.5
+
+
+def test_points_triangles_topology_and_mesh_fit_together(peer):
+    clouds = peer.listen(PointCloud2, "cloth/points")
+    meshes = peer.listen(Marker, "cloth/mesh")
+    triangles = peer.listen(PointCloud2, "cloth/triangles", LATCHED)
+    topologies = peer.listen(Mesh, "cloth/topology", LATCHED)
+
+    def same_step():
+        clouds_by_stamp = {stamp(cloud): cloud for cloud in clouds}
+        return next(((clouds_by_stamp[stamp(m)], m) for m in meshes if stamp(m) in clouds_by_stamp), None)
+
+    cloud, mesh = (
+        peer.wait_until(lambda: triangles and topologies and same_step(), "a mesh and a cloud of the same step")
+        and same_step()
+    )
+    corners = np.frombuffer(bytes(triangles[0].data), "<u4").reshape(-1, 3)
+    assert corners.shape == (TRIANGLES, 3)
+    assert corners.max() == VERTICES - 1
+    assert [list(t.vertex_indices) for t in topologies[0].triangles] == corners.tolist()
+    assert len(topologies[0].vertices) == VERTICES
+    drawn = np.array([[p.x, p.y, p.z] for p in mesh.points]).reshape(-1, 3, 3)
+    assert mesh.type == Marker.TRIANGLE_LIST
+    assert drawn == pytest.approx(positions(cloud)[corners], abs=1e-6)
+
+
+def test_a_gripper_closed_at_a_corner_lifts_it_and_lets_it_fall(peer):
+    clouds = peer.listen(PointCloud2, "cloth/points")
+    held = peer.listen(Float64, "stats/held")
+    move = peer.speak(PoseStamped, "grasp/hand/pose", 1)
+    close = peer.speak(Float64, "grasp/hand/closure")
+    corner = positions(peer.wait_until(lambda: clouds and clouds[-1], "a cloud"))[-1].astype(float)
+    peer.wait_until(
+        lambda: held and held[-1].data > 1.0,  # one vertex is pinned
+        "a captured vertex",
+        meanwhile=lambda: (move(pose(*positions(clouds[-1])[-1].astype(float))), close(Float64(data=1.0))),
+    )
+    goal = (corner[0], corner[1], 0.8)
+    peer.wait_until(
+        lambda: abs(positions(clouds[-1])[-1][2] - 0.8) < 0.1,
+        "the corner to be lifted to 0.8 m",
+        meanwhile=lambda: move(pose(*goal)),
+    )
+    close(Float64(data=0.0))
+    peer.wait_until(lambda: held[-1].data == 1.0, "the corner to be released")
+    peer.wait_until(lambda: positions(clouds[-1])[-1][2] < 0.5, "the corner to fall")
+
+
+def test_wind_blows_the_cloth_along(peer):
+    clouds = peer.listen(PointCloud2, "cloth/points")
+    blow = peer.speak(Vector3Stamped, "wind", 1)
+    wind = Vector3Stamped()
+    wind.header.frame_id = "world"
+    wind.vector.x = wind.vector.z = 8.0
+
+    def height():
+        return positions(clouds[-1])[:, 2].mean() if clouds else 0.0
+
+    peer.wait_until(lambda: height() > 0.55, "the cloth to be blown up", meanwhile=lambda: blow(wind))
+
+
+def test_a_moved_obstacle_is_shown_where_it_is(peer):
+    shown = peer.listen(MarkerArray, "obstacles", LATCHED)
+    move = peer.speak(PoseStamped, "obstacle/ball/pose", 1)
+
+    def ball_at(x):
+        balls = [m for array in shown[-1:] for m in array.markers if m.ns == "ball"]
+        return balls and math.isclose(balls[0].pose.position.x, x, abs_tol=1e-9)
+
+    peer.wait_until(lambda: ball_at(0.0), "the ball at its start")
+    assert {marker.ns for marker in shown[-1].markers} == {"ball", "floor"}
+    ball = next(marker for marker in shown[-1].markers if marker.ns == "ball")
+    assert (ball.type, ball.scale.x) == (Marker.SPHERE, pytest.approx(0.2))
+    peer.wait_until(lambda: ball_at(0.25), "the ball at 0.25 m", meanwhile=lambda: move(pose(0.25, 0.0, 0.2)))
+
+
+def test_pause_stops_the_clouds_and_lets_them_go_on(peer):
+    clouds = peer.listen(PointCloud2, "cloth/points")
+    peer.wait_until(lambda: clouds, "a cloud")
+    paused = peer.call(SetBool, "pause", SetBool.Request(data=True))
+    assert paused.success
+    assert "paused after step" in paused.message
+    again = peer.call(SetBool, "pause", SetBool.Request(data=True))
+    assert again.message == "was paused already"
+    count = len(clouds)
+    reports = peer.listen(DiagnosticArray, "/diagnostics")
+    peer.wait_until(lambda: len(reports) >= 2, "two seconds to pass")
+    assert len(clouds) - count <= 1  # one may have been under way
+    assert value(reports[-1], "paused") == "true"
+    assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success
+    count = len(clouds)
+    peer.wait_until(lambda: len(clouds) > count + 5, "clouds again")
+
+
+def test_reset_puts_the_cloth_back(peer):
+    clouds = peer.listen(PointCloud2, "cloth/points")
+    peer.wait_until(lambda: clouds and positions(clouds[-1])[:, 2].min() < 0.4, "the cloth to fall")
+    answer = peer.call(Trigger, "reset", Trigger.Request())
+    assert answer.success
+    assert answer.message.startswith("reset after step")
+    peer.wait_until(lambda: positions(clouds[-1])[:, 2].min() > 0.48, "the cloth to be where it started")
+
+
+def value(array, key):
+    values = {pair.key: pair.value for status in array.status for pair in status.values}
+    return values[key]
+
+
+def test_diagnostics_tell_how_it_goes(peer, node):
+    reports = peer.listen(DiagnosticArray, "/diagnostics")
+    report = peer.wait_until(lambda: reports and reports[-1], "diagnostics")
+    names = {status.name for status in report.status}
+    assert names == {f"cloth_sim: {part}" for part in ("timing", "cloth", "inputs", "session")}
+    assert {status.hardware_id for status in report.status} == {"/cloth_sim"}
+    assert float(value(report, "nominal_hz")) == 50.0
+    assert float(value(report, "max_stretch")) < 1.1
+    assert value(report, "session_folder") in node.output
+    assert value(report, "vertices") == str(VERTICES)

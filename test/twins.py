@@ -1,0 +1,275 @@
+"""Slow twins of the kernels: plain numpy and loops, written from the paper's formulas, to compare with."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+# ---------------------------------------------------------------- springs
+
+
+def spring_forces(x, v, spring_vertex, rest, k, dt):
+    """Fig. 4, the loop over neighbours j of each mass point i."""
+    force = np.zeros_like(x)
+    for i in range(len(x)):
+        for (a, b), length0, stiffness in zip(spring_vertex, rest, k, strict=True):
+            if i not in (a, b):
+                continue
+            j = b if i == a else a
+            distance = np.linalg.norm(x[i] - x[j])
+            if distance > 0:
+                force[i] += stiffness * (distance - length0) * (x[j] - x[i]) / distance
+            force[i] += stiffness * dt * (v[j] - v[i])
+    return force
+
+
+def rest_length_pull(x, spring_vertex, rest, k, scale):
+    """Local step of local/global: A^T p with p the rest length along each spring's direction."""
+    pull = np.zeros_like(x)
+    for (i, j), length0, stiffness in zip(spring_vertex, rest, k, strict=True):
+        along = x[i] - x[j]
+        if np.any(along):
+            p = length0 * along / np.linalg.norm(along)
+            pull[i] += scale * stiffness * p
+            pull[j] -= scale * stiffness * p
+    return pull
+
+
+def shorten(x, spring_vertex, longest, inverse_mass, backward):
+    """Section 3.3.2, each overlong spring in turn; centre of gravity kept, constrained ends stay."""
+    x, worst = x.copy(), 0.0
+    for s in reversed(range(len(spring_vertex))) if backward else range(len(spring_vertex)):
+        i, j = spring_vertex[s]
+        length = np.linalg.norm(x[j] - x[i])
+        if length <= longest[s] or inverse_mass[i] + inverse_mass[j] == 0:
+            continue
+        worst = max(worst, (length - longest[s]) / longest[s])
+        axis = (x[j] - x[i]) / length
+        share = inverse_mass[i] / (inverse_mass[i] + inverse_mass[j])
+        x[i] = x[i] + share * (length - longest[s]) * axis
+        x[j] = x[j] - (1 - share) * (length - longest[s]) * axis
+    return x, worst
+
+
+def stretches(x, spring_vertex, rest):
+    """Length over rest length of every spring."""
+    return np.array([np.linalg.norm(x[j] - x[i]) / r for (i, j), r in zip(spring_vertex, rest, strict=True)])
+
+
+def strain_at_vertices(x, spring_vertex, rest, chosen):
+    """Largest strain of the chosen springs at each vertex; zero where there is none."""
+    strain = []
+    for v in range(len(x)):
+        at = [s for s in range(len(rest)) if chosen[s] and rest[s] > 0 and v in spring_vertex[s]]
+        strain.append(max(stretches(x, spring_vertex[at], rest[at]) - 1) if at else 0.0)
+    return np.array(strain)
+
+
+def bending_matrix(count, hinge_vertex, hinge_weight, bend):
+    """Q, so that the bending energy is x^T Q x / 2 in each coordinate."""
+    q = np.zeros((count, count))
+    for vertices, weights in zip(hinge_vertex, hinge_weight, strict=True):
+        row = np.zeros(count)
+        np.add.at(row, vertices, weights)
+        q += bend * np.outer(row, row)
+    return q
+
+
+# ---------------------------------------------------------------- surface
+
+
+def area_vectors(x, triangles):
+    """A third of each adjoining triangle's area vector."""
+    total = np.zeros_like(x)
+    for a, b, c in triangles:
+        third = 0.5 * np.cross(x[b] - x[a], x[c] - x[a]) / 3
+        for v in (a, b, c):
+            total[v] += third
+    return total
+
+
+def drag(flow, area_vector, rest_area, coefficient):
+    """Eq. (5) per area: K |w| (n . w) n, times the area that the vertex shows, at most that at rest."""
+    force = np.zeros_like(flow)
+    for v, (w, vector) in enumerate(zip(flow, area_vector, strict=True)):
+        area = np.linalg.norm(vector)
+        if area > 0:
+            n = vector / area
+            force[v] = coefficient * min(area, rest_area[v]) * np.linalg.norm(w) * np.dot(n, w) * n
+    return force
+
+
+def relative_drag(v, flow, area_vector, rest_area, coefficient, mass, h):
+    """Eq. (5) with w - v, where c = K area |w - v| is at most m / h."""
+    force = np.zeros_like(flow)
+    for i in range(len(v)):
+        area = np.linalg.norm(area_vector[i])
+        if area > 0:
+            n = area_vector[i] / area
+            w = flow[i] - v[i]
+            c = coefficient * min(area, rest_area[i]) * np.linalg.norm(w)
+            force[i] = min(c, mass[i] / h) * np.dot(n, w) * n
+    return force
+
+
+def gusts(x, time, mean, wave, frequency, phase, amplitude):
+    """Mean wind plus a sum of travelling waves."""
+    return np.array(
+        [
+            mean
+            + sum(
+                a * math.sin(k @ p - f * time + q) for k, f, q, a in zip(wave, frequency, phase, amplitude, strict=True)
+            )
+            for p in x
+        ]
+    )
+
+
+# ---------------------------------------------------------------- momentum
+
+
+def rigid_correction(x, inertial, moved, mass, members):
+    """Displacement field, zero outside ``members``, that gives ``moved`` the momenta of ``inertial`` about x_G."""
+    m, r = mass[members], x[members]
+    center = m @ r / m.sum()
+    r = r - center
+    error = (inertial - moved)[members]
+    inertia = sum(mi * (ri @ ri * np.eye(3) - np.outer(ri, ri)) for mi, ri in zip(m, r, strict=True))
+    turn = np.linalg.pinv(inertia, rcond=1e-9) @ sum(
+        mi * np.cross(ri, ei) for mi, ri, ei in zip(m, r, error, strict=True)
+    )
+    field = np.zeros_like(x)
+    field[members] = m @ error / m.sum() + np.cross(turn, r)
+    return field
+
+
+# ---------------------------------------------------------------- shapes
+
+
+def distance_plane(_size, p):
+    return p[2]
+
+
+def distance_sphere(size, p):
+    return np.linalg.norm(p) - size[0]
+
+
+def distance_box(size, p):
+    """Nearest point by clamping outside; least face distance inside."""
+    nearest = np.clip(p, -size, size)
+    if np.any(nearest != p):
+        return np.linalg.norm(p - nearest)
+    return -np.min(size - np.abs(p))
+
+
+def distance_capsule(size, p):
+    """Distance to the segment between the centres of the round ends."""
+    radius, half = size[0], size[1]
+    return np.linalg.norm(p - [0, 0, np.clip(p[2], -half, half)]) - radius
+
+
+def distance_ellipsoid(radii, p):
+    """Least distance to the surface: of the Lagrange condition's roots x_i = r_i^2 p_i / (r_i^2 + t), the nearest.
+
+    Valid off the planes of symmetry; every interval between the poles t = -r_i^2 is searched for roots.
+    """
+    square = radii**2
+    excess = lambda t: float(np.sum((radii * p / (square + t)) ** 2) - 1.0)  # noqa: E731
+    reach = float(np.linalg.norm(radii * p)) + float(square.max())
+    poles = np.unique(np.concatenate([-square, [reach, -square.max() - reach]]))
+    distances = []
+    for low, high in itertools.pairwise(poles):
+        inside = np.linspace(low, high, 201)[1:-1]
+        inside = np.concatenate([[low + 1e-12 * (high - low)], inside, [high - 1e-12 * (high - low)]])
+        values = np.array([excess(t) for t in inside])
+        for a in np.flatnonzero(values[:-1] * values[1:] < 0):
+            t = brentq(excess, inside[a], inside[a + 1], xtol=1e-15)
+            distances.append(np.linalg.norm(p - square * p / (square + t)))
+    return math.copysign(min(distances), np.sum((p / radii) ** 2) - 1.0)
+
+
+# ---------------------------------------------------------------- contacts
+
+
+DISTANCE = (distance_plane, distance_sphere, distance_box, distance_capsule, distance_ellipsoid)
+
+
+def surface_way(point, origin, origin_before, turn):
+    """Displacement of an obstacle's material at a world point."""
+    return origin - origin_before + np.cross(turn, point - origin)
+
+
+def friction(start, x, surface, normal, most):
+    """Position after taking back at most ``most`` m of the tangential way relative to the surface; and how much."""
+    way = x - start - surface
+    tangential = way - normal * (way @ normal)
+    length = np.linalg.norm(tangential)
+    taken = min(length, max(most, 0.0))
+    return (x - taken * tangential / length, taken) if length > 0 and taken > 0 else (x, 0.0)
+
+
+def impact(velocity, before, surface_speed, normal, restitution, rest_speed):
+    """Velocity whose normal part is the surface's, plus the share of an approach that bounces."""
+    approach = before @ normal - surface_speed
+    bounce = -restitution * approach if approach < -rest_speed else 0.0
+    return velocity + (surface_speed + bounce - velocity @ normal) * normal
+
+
+# ---------------------------------------------------------------- the step of Fig. 4
+
+
+def meyer_step(x, v, mass, spring_vertex, rest, k, bending, outer_force, dt, held, target, longest, sweeps):
+    """One step of Fig. 4 with the rulings: dense, per coordinate; (new x, new v). One connected cloth.
+
+    A = M - dt^2 H with held vertices eliminated; outer forces inside the filter; inertia-corrected push on free
+    cloths; stretch limit in the printed order, every other pass backwards.
+    """
+    count = len(x)
+    h_matrix = -bending.copy()
+    for (i, j), stiffness in zip(spring_vertex, k, strict=True):
+        h_matrix[i, j] += stiffness
+        h_matrix[j, i] += stiffness
+        h_matrix[i, i] -= stiffness
+        h_matrix[j, j] -= stiffness
+    springs = spring_forces(x, v, spring_vertex, rest, k, dt) - bending @ (x + dt * v)
+    right = dt * (springs + outer_force)
+    a = np.diag(mass) - dt * dt * h_matrix
+    free = np.setdiff1d(np.arange(count), held)
+    change = np.zeros_like(x)
+    change[held] = (target - x[held]) / dt - v[held]
+    change[free] = np.linalg.solve(a[np.ix_(free, free)], right[free] - a[np.ix_(free, held)] @ change[held])
+    moved = x + dt * (v + change)
+    if len(held) == 0:
+        inertial = x + dt * v + dt * dt * outer_force / mass[:, None]
+        moved = moved + rigid_correction(x, inertial, moved, mass, np.arange(count))
+    moved[held] = target
+    inverse_mass = np.where(np.isin(np.arange(count), held), 0.0, 1.0 / mass)
+    for sweep in range(sweeps):
+        moved, worst = shorten(moved, spring_vertex, longest, inverse_mass, sweep % 2 == 1)
+        if worst < 1e-5:
+            break
+    return moved, (moved - x) / dt
+
+
+def local_global_step(x, v, mass, spring_vertex, rest, k, bending, outer_force, h, held, target, iterations):
+    """One substep of local/global from the inertial prediction, dense; (new x, new v). No limit, one cloth."""
+    count = len(x)
+    laplacian = bending.copy()
+    for (i, j), stiffness in zip(spring_vertex, k, strict=True):
+        e = np.zeros(count)
+        e[i], e[j] = 1.0, -1.0
+        laplacian += stiffness * np.outer(e, e)
+    a = np.diag(mass) + h * h * laplacian
+    inertial = x + h * v + h * h * outer_force / mass[:, None]
+    free = np.setdiff1d(np.arange(count), held)
+    moved = inertial.copy()
+    moved[held] = target
+    for _ in range(iterations):
+        right = mass[:, None] * inertial + h * h * rest_length_pull(moved, spring_vertex, rest, k, 1.0)
+        moved[free] = np.linalg.solve(a[np.ix_(free, free)], right[free] - a[np.ix_(free, held)] @ target)
+    if len(held) == 0:
+        moved = moved + rigid_correction(x, inertial, moved, mass, np.arange(count))
+    return moved, (moved - x) / h
