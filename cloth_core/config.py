@@ -37,7 +37,7 @@ class SolverConfig(Settings):
         help="distance that the cloth keeps from obstacles (the paper's epsilon)",
     )
     dense_limit: int = setting(
-        "int", 450, low=0, high=5000, help="vertices up to which W is stored as a dense inverse; above, a sparse factor"
+        "int", 150, low=0, high=5000, help="vertices up to which W is stored as a dense inverse; above, a sparse factor"
     )
     max_grasp_speed: float = setting(
         "float", 10.0, unit="m/s", low=0.01, high=100.0, help="fastest that a gripper is followed"

@@ -33,6 +33,14 @@ class Material(Settings):
         "float", 400.0, unit="N/m", low=0.0, high=1e7, help="resistance to shearing warp against weft"
     )
     bend: float = setting("float", 5e-5, unit="N m", low=0.0, high=1e3, help="bending stiffness")
+    bend_damping: float = setting(
+        "float",
+        0.1,
+        unit="s",
+        low=0.0,
+        high=10.0,
+        help="time in which bending dies away: its viscosity over its stiffness",
+    )
     damping: float = setting("float", 0.0, unit="1/s", low=0.0, high=100.0, help="rate at which motion dies away")
     stretch_limit: float = setting(
         "float", 1.03, unit="m/m", low=1.001, high=10.0, help="longest a thread gets, as a multiple of its rest length"

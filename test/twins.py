@@ -221,9 +221,10 @@ def impact(velocity, before, surface_speed, normal, restitution, rest_speed):
 # ---------------------------------------------------------------- the step of Fig. 4
 
 
-def meyer_step(x, v, mass, spring_vertex, rest, k, bending, outer_force, dt, held, target, longest, sweeps):
+def meyer_step(x, v, mass, spring_vertex, rest, k, bending, lasting, outer_force, dt, held, target, longest, sweeps):
     """One step of Fig. 4 with the rulings: dense, per coordinate; (new x, new v). One connected cloth.
 
+    ``lasting`` s is the bending viscosity over the bending stiffness.
     A = M - dt^2 H with held vertices eliminated; outer forces inside the filter; inertia-corrected push on free
     cloths; stretch limit in the printed order, every other pass backwards.
     """
@@ -234,9 +235,9 @@ def meyer_step(x, v, mass, spring_vertex, rest, k, bending, outer_force, dt, hel
         h_matrix[j, i] += stiffness
         h_matrix[i, i] -= stiffness
         h_matrix[j, j] -= stiffness
-    springs = spring_forces(x, v, spring_vertex, rest, k, dt) - bending @ (x + dt * v)
+    springs = spring_forces(x, v, spring_vertex, rest, k, dt) - bending @ (x + (dt + lasting) * v)
     right = dt * (springs + outer_force)
-    a = np.diag(mass) - dt * dt * h_matrix
+    a = np.diag(mass) - dt * dt * h_matrix + dt * lasting * bending
     free = np.setdiff1d(np.arange(count), held)
     change = np.zeros_like(x)
     change[held] = (target - x[held]) / dt - v[held]
@@ -254,7 +255,7 @@ def meyer_step(x, v, mass, spring_vertex, rest, k, bending, outer_force, dt, hel
     return moved, (moved - x) / dt
 
 
-def local_global_step(x, v, mass, spring_vertex, rest, k, bending, outer_force, h, held, target, iterations):
+def local_global_step(x, v, mass, spring_vertex, rest, k, bending, lasting, outer_force, h, held, target, iterations):
     """One substep of local/global from the inertial prediction, dense; (new x, new v). No limit, one cloth."""
     count = len(x)
     laplacian = bending.copy()
@@ -262,13 +263,14 @@ def local_global_step(x, v, mass, spring_vertex, rest, k, bending, outer_force, 
         e = np.zeros(count)
         e[i], e[j] = 1.0, -1.0
         laplacian += stiffness * np.outer(e, e)
-    a = np.diag(mass) + h * h * laplacian
+    a = np.diag(mass) + h * h * laplacian + h * lasting * bending
     inertial = x + h * v + h * h * outer_force / mass[:, None]
     free = np.setdiff1d(np.arange(count), held)
     moved = inertial.copy()
     moved[held] = target
     for _ in range(iterations):
         right = mass[:, None] * inertial + h * h * rest_length_pull(moved, spring_vertex, rest, k, 1.0)
+        right += h * lasting * bending @ x
         moved[free] = np.linalg.solve(a[np.ix_(free, free)], right[free] - a[np.ix_(free, held)] @ target)
     if len(held) == 0:
         moved = moved + rigid_correction(x, inertial, moved, mass, np.arange(count))

@@ -44,10 +44,11 @@ class ImplicitEuler:
         """
         model = self.model
         inertial = self.predict(position, velocity, substep)
+        viscous = self.bending_viscosity(position, substep.h)
         moved = inertial.copy()
         moved[substep.held] = substep.target
         for iteration in range(1, self.iterations + 1):
-            update = self.relax(inertial, moved, substep.h)
+            update = self.relax(inertial, viscous, moved, substep.h)
             if iteration >= LEAST_ITERATIONS and update <= self._settled:
                 break
         model.balance.correct(position, inertial, moved, substep.held)
@@ -62,7 +63,14 @@ class ImplicitEuler:
         surface.add_relative_drag(velocity, substep.flow, shown, most, model.drag, model.mass, h, self._force)
         return position + h * velocity + h * h * (self._force / model.mass[:, None] + substep.gravity)
 
-    def relax(self, inertial: np.ndarray, moved: np.ndarray, h: float) -> float:
+    def bending_viscosity(self, position: np.ndarray, h: float) -> np.ndarray | float:
+        """What the bending viscosity takes from the shape at the start of the substep, (V, 3) kg m."""
+        material = self.model.material
+        if material.bend_damping == 0.0 or material.bend == 0.0:
+            return 0.0
+        return self.model.bending @ (h * material.bend_damping * position)
+
+    def relax(self, inertial: np.ndarray, viscous: np.ndarray | float, moved: np.ndarray, h: float) -> float:
         """One local and one global step: springs choose their directions, W reconciles them with inertia.
 
         Returns:
@@ -70,6 +78,7 @@ class ImplicitEuler:
         """
         model = self.model
         np.multiply(inertial, model.mass[:, None], out=self._right_side)
+        self._right_side += viscous
         mesh = model.mesh
         springs.add_rest_lengths(
             moved, mesh.spring_vertex, mesh.spring_rest, model.spring_stiffness, h * h, self._right_side

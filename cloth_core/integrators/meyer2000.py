@@ -44,13 +44,16 @@ class Meyer2000:
 
     def internal_forces(self, position: np.ndarray, velocity: np.ndarray, dt: float) -> np.ndarray:
         """Springs, bending, and the artificial viscosity dt H v that implicit integration amounts to, (V, 3) N."""
-        mesh, bend = self.model.mesh, self.model.material.bend
+        mesh, material = self.model.mesh, self.model.material
         self._force[:] = 0.0
         springs.add_spring_forces(
             position, velocity, mesh.spring_vertex, mesh.spring_rest, self.model.spring_stiffness, dt, self._force
         )
-        if bend > 0.0 and len(mesh.hinge_vertex):
-            springs.add_hinge_forces(position, velocity, mesh.hinge_vertex, mesh.hinge_weight, bend, dt, self._force)
+        if material.bend > 0.0 and len(mesh.hinge_vertex):
+            lasting = dt + material.bend_damping
+            springs.add_hinge_forces(
+                position, velocity, mesh.hinge_vertex, mesh.hinge_weight, material.bend, lasting, self._force
+            )
         return self._force
 
     def filtered_velocity(

@@ -10,7 +10,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.kernels import surface
-from cloth_core.linear import ImplicitFilter, stiffness_matrix
+from cloth_core.linear import ImplicitFilter, bending_matrix, stretch_matrix
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
@@ -60,8 +60,10 @@ class Model:
         self.mesh, self.material, self.config = mesh, material, config
         self.mass = mesh.vertex_mass(material)
         self.spring_stiffness = mesh.spring_stiffness(material)
-        self.stiffness = stiffness_matrix(mesh, material)
-        self.filter = ImplicitFilter(self.mass, self.stiffness, h, pinned=pinned, dense_limit=config.dense_limit)
+        self.bending = bending_matrix(mesh, material)
+        # Bending viscosity has a constant matrix too: inside W it is stable whatever its size.
+        stiffness = stretch_matrix(mesh, material) + (1.0 + material.bend_damping / h) * self.bending
+        self.filter = ImplicitFilter(self.mass, stiffness, h, pinned=pinned, dense_limit=config.dense_limit)
         self.balance = MomentumBalance(mesh, self.mass)
         self.limit = StretchLimit(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)

@@ -1,4 +1,4 @@
-"""The constant stiffness matrix behind W: springs at zero rest length (eq. 4) and quadratic bending."""
+"""The constant matrices behind W: springs at zero rest length (eq. 4) and quadratic bending."""
 
 from __future__ import annotations
 
@@ -9,19 +9,23 @@ from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 
 
-def stiffness_matrix(mesh: ClothMesh, material: Material) -> csr_matrix:
-    """-H of eq. (4), symmetric positive semi-definite, (V, V) N/m.
-
-    Springs contribute k to the diagonal and -k between their ends; hinges contribute
-    bend * (weight outer weight).
-    """
+def stretch_matrix(mesh: ClothMesh, material: Material) -> csr_matrix:
+    """-H of eq. (4), symmetric positive semi-definite, (V, V) N/m: k on the diagonal, -k between a spring's ends."""
     i, j = mesh.spring_vertex.T
     k = mesh.spring_stiffness(material)
+    return _assembled(mesh, [i, j, i, j], [i, j, j, i], [k, k, -k, -k])
+
+
+def bending_matrix(mesh: ClothMesh, material: Material) -> csr_matrix:
+    """Hessian of the quadratic bending energy, (V, V) N/m: bend * (weight outer weight) of every hinge."""
     w = mesh.hinge_weight
-    hinge = material.bend * w[:, :, None] * w[:, None, :]
-    rows = np.concatenate([i, j, i, j, np.repeat(mesh.hinge_vertex, 4, axis=1).ravel()])
-    columns = np.concatenate([i, j, j, i, np.tile(mesh.hinge_vertex, (1, 4)).ravel()])
-    values = np.concatenate([k, k, -k, -k, hinge.ravel()])
-    matrix = coo_matrix((values, (rows, columns)), shape=(mesh.vertex_count,) * 2).tocsr()
+    values = material.bend * w[:, :, None] * w[:, None, :]
+    rows, columns = np.repeat(mesh.hinge_vertex, 4, axis=1), np.tile(mesh.hinge_vertex, (1, 4))
+    return _assembled(mesh, [rows.ravel()], [columns.ravel()], [values.ravel()])
+
+
+def _assembled(mesh: ClothMesh, rows: list, columns: list, values: list) -> csr_matrix:
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    matrix = coo_matrix(entries, shape=(mesh.vertex_count,) * 2).tocsr()
     matrix.sum_duplicates()
     return matrix

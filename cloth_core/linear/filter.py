@@ -18,7 +18,7 @@ class ImplicitFilter:
 
     Args:
         mass: (V,) kg.
-        stiffness: (V, V) N/m, from :func:`~cloth_core.linear.stiffness_matrix`.
+        stiffness: (V, V) N/m, constant, symmetric and positive semi-definite.
         h: s, the implicit step.
         pinned: vertices that never move.
         dense_limit: vertices up to which the inverse is stored as a dense matrix.

@@ -7,7 +7,7 @@ import pytest
 import twins
 
 from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig, State, Wind
-from cloth_core.linear import stiffness_matrix
+from cloth_core.linear import stretch_matrix
 
 DT = 0.02
 
@@ -31,7 +31,7 @@ def transcribed(mesh: ClothMesh, material: Material, state: State, held: np.ndar
     bending = twins.bending_matrix(mesh.vertex_count, mesh.hinge_vertex, mesh.hinge_weight, material.bend)
     return twins.meyer_step(
         state.position, state.velocity, mass, mesh.spring_vertex, mesh.spring_rest, mesh.spring_stiffness(material),
-        bending, outer, DT, held, state.position[held], longest, sweeps,
+        bending, material.bend_damping, outer, DT, held, state.position[held], longest, sweeps,
     )  # fmt: skip
 
 
@@ -69,4 +69,4 @@ def test_the_matrix_in_the_filter_is_the_hessian_at_zero_rest_length():
     at_rest = mesh.rest_position
     k = mesh.spring_stiffness(material)
     viscous = twins.spring_forces(at_rest, v, mesh.spring_vertex, mesh.spring_rest, k, DT)
-    np.testing.assert_allclose(viscous, -DT * stiffness_matrix(mesh, material) @ v, atol=1e-9)
+    np.testing.assert_allclose(viscous, -DT * stretch_matrix(mesh, material) @ v, atol=1e-9)

@@ -91,6 +91,7 @@ def test_no_user_breaks_it(integrator, setup, adversary):
     for _ in range(round(4.0 / solver.config.dt)):
         state = solver.step(state, Inputs())
         assert not solver.report.recovered
-    assert np.linalg.norm(state.velocity, axis=1).max() < 3.0
+    # Relative to the whole: what a storm has thrown up may still be falling.
+    assert np.linalg.norm(state.velocity - state.velocity.mean(axis=0), axis=1).max() < 3.0
     if setup != "no iterations to spare":  # friction holds what a single pass leaves stretched
         assert solver.report.max_stretch < material.stretch_limit + 0.06
