@@ -35,7 +35,7 @@ class Material(Settings):
     bend: float = setting("float", 5e-5, unit="N m", low=0.0, high=1e3, help="bending stiffness")
     bend_damping: float = setting(
         "float",
-        0.1,
+        0.03,
         unit="s",
         low=0.0,
         high=10.0,

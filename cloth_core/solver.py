@@ -94,7 +94,7 @@ class ClothSolver:
     @property
     def representation(self) -> str:
         """How W is stored: dense, cholespy or superlu."""
-        return self._prepared().filter.representation
+        return self._prepared().representation
 
     def pin(self, vertices: Sequence[int] | np.ndarray) -> None:
         """Pin further vertices where the state has them. W is computed anew at the next step.
@@ -154,7 +154,7 @@ class ClothSolver:
         teleported = model.contacts.begin_step(state.obstacles, after)
         capped = flow_at(state.position, inputs.wind, state.time, self.config.max_wind_speed, self._flow)
 
-        integrator = BY_NAME[self.config.integrator](model)
+        integrator = self._integrator
         position, velocity = state.position, state.velocity
         done: list[int] = []
         excess, late = 0.0, False
@@ -223,6 +223,7 @@ class ClothSolver:
         if self._model is None:
             h = self.config.dt / self.substeps
             self._model = Model(self.mesh, self.material, self.config, self.obstacles, h=h, pinned=self._pinned)
+            self._integrator = BY_NAME[self.config.integrator](self._model)
             self._model.hold(np.zeros(0, np.int32), self._pinned)
         return self._model
 
@@ -248,7 +249,7 @@ class ClothSolver:
         parts = [grip.vertex for grip in grips.values() if len(grip.vertex)]
         grasped = np.sort(np.concatenate(parts)).astype(np.int64) if parts else np.zeros(0, np.int64)
         held = np.union1d(self._pinned, grasped)
-        if not np.array_equal(grasped, model.filter.held):
+        if not np.array_equal(grasped, model.grasped):
             model.hold(grasped, held)
         return held
 

@@ -256,21 +256,24 @@ def meyer_step(x, v, mass, spring_vertex, rest, k, bending, lasting, outer_force
 
 
 def local_global_step(x, v, mass, spring_vertex, rest, k, bending, lasting, outer_force, h, held, target, iterations):
-    """One substep of local/global from the inertial prediction, dense; (new x, new v). No limit, one cloth."""
+    """One substep, dense; (new x, new v): bending from the inertial prediction, then local/global. No limit."""
     count = len(x)
-    laplacian = bending.copy()
+    laplacian = np.zeros((count, count))
     for (i, j), stiffness in zip(spring_vertex, k, strict=True):
         e = np.zeros(count)
         e[i], e[j] = 1.0, -1.0
         laplacian += stiffness * np.outer(e, e)
-    a = np.diag(mass) + h * h * laplacian + h * lasting * bending
+    a = np.diag(mass) + h * h * laplacian
+    b = np.diag(mass) + h * (h + lasting) * bending
     inertial = x + h * v + h * h * outer_force / mass[:, None]
     free = np.setdiff1d(np.arange(count), held)
-    moved = inertial.copy()
-    moved[held] = target
+    bent = inertial.copy()
+    bent[held] = target
+    right = mass[:, None] * inertial + h * lasting * bending @ x
+    bent[free] = np.linalg.solve(b[np.ix_(free, free)], right[free] - b[np.ix_(free, held)] @ target)
+    moved = bent.copy()
     for _ in range(iterations):
-        right = mass[:, None] * inertial + h * h * rest_length_pull(moved, spring_vertex, rest, k, 1.0)
-        right += h * lasting * bending @ x
+        right = mass[:, None] * bent + h * h * rest_length_pull(moved, spring_vertex, rest, k, 1.0)
         moved[free] = np.linalg.solve(a[np.ix_(free, free)], right[free] - a[np.ix_(free, held)] @ target)
     if len(held) == 0:
         moved = moved + rigid_correction(x, inertial, moved, mass, np.arange(count))

@@ -22,6 +22,7 @@ class Meyer2000:
 
     def __init__(self, model: Model) -> None:
         self.model = model
+        self.filter = model.filter_by(model.stretch + model.viscous_bending)
         self._force = np.empty_like(model.mesh.rest_position)
 
     def advance(
@@ -62,7 +63,7 @@ class Meyer2000:
         """v + W F dt, with held vertices at the velocity that takes them to their targets, (V, 3) m/s."""
         change = np.zeros_like(velocity)
         change[substep.held] = (substep.target - position[substep.held]) / substep.h - velocity[substep.held]
-        self.model.filter.solve(force * substep.h, change)
+        self.filter.solve(force * substep.h, change)
         return velocity + change
 
     def secondary_forces(self, position: np.ndarray, substep: Substep) -> np.ndarray:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from cloth_core.config import SolverConfig
 from cloth_core.kernels import surface
@@ -60,10 +61,11 @@ class Model:
         self.mesh, self.material, self.config = mesh, material, config
         self.mass = mesh.vertex_mass(material)
         self.spring_stiffness = mesh.spring_stiffness(material)
+        self.stretch = stretch_matrix(mesh, material)
         self.bending = bending_matrix(mesh, material)
         # Bending viscosity has a constant matrix too: inside W it is stable whatever its size.
-        stiffness = stretch_matrix(mesh, material) + (1.0 + material.bend_damping / h) * self.bending
-        self.filter = ImplicitFilter(self.mass, stiffness, h, pinned=pinned, dense_limit=config.dense_limit)
+        self.viscous_bending = (1.0 + material.bend_damping / h) * self.bending
+        self._h, self._pinned, self._filters = h, pinned, []
         self.balance = MomentumBalance(mesh, self.mass)
         self.limit = StretchLimit(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
@@ -71,9 +73,22 @@ class Model:
         self.free = np.ones(mesh.vertex_count, dtype=np.bool_)
         self._area_vector = np.empty((mesh.vertex_count, 3))
 
+    def filter_by(self, stiffness: csr_matrix) -> ImplicitFilter:
+        """W for one constant ``stiffness`` (V, V) N/m; it follows what is held from now on."""
+        made = ImplicitFilter(self.mass, stiffness, self._h, pinned=self._pinned, dense_limit=self.config.dense_limit)
+        self._filters.append(made)
+        return made
+
+    @property
+    def representation(self) -> str:
+        """How W is stored."""
+        return self._filters[0].representation
+
     def hold(self, grasped: np.ndarray, held: np.ndarray) -> None:
         """From now on ``grasped`` vertices are held beside the pinned ones; ``held`` is both."""
-        self.filter.hold(grasped)
+        self.grasped = grasped
+        for held_filter in self._filters:
+            held_filter.hold(grasped)
         self.limit.hold(held)
         self.free[:] = True
         self.free[held] = False

@@ -143,15 +143,3 @@ def add_hinge_forces(position, velocity, hinge_vertex, hinge_weight, bend, visco
                 curl += hinge_weight[e, n] * (position[v, a] + viscosity_time * velocity[v, a])
             for n in range(4):
                 force[hinge_vertex[e, n], a] -= bend * curl * hinge_weight[e, n]
-
-
-@kernel
-def farthest_move(before, after):
-    """Largest distance in m between the rows of two (V, 3) arrays."""
-    most = 0.0
-    for v in range(before.shape[0]):
-        x = after[v, 0] - before[v, 0]
-        y = after[v, 1] - before[v, 1]
-        z = after[v, 2] - before[v, 2]
-        most = max(most, x * x + y * y + z * z)
-    return math.sqrt(most)

@@ -88,9 +88,3 @@ def test_hinge_forces_are_minus_q_times_x(seed, dt):
     springs.add_hinge_forces(x, v, hinges, weights, 0.7, dt, force)
     expected = -twins.bending_matrix(len(x), hinges, weights, 0.7) @ (x + dt * v)
     np.testing.assert_allclose(force - 1.0, expected, atol=1e-12)
-
-
-@given(SEEDS)
-def test_farthest_move_is_the_longest_displacement(seed):
-    _, x, v, *_ = random_net(seed)
-    assert springs.farthest_move(x, x + v) == pytest.approx(np.linalg.norm(v, axis=1).max(), rel=1e-12)
