@@ -78,8 +78,10 @@ def test_the_script_goes_by_the_time_that_passed_and_ends_when_it_is_over():
     assert shown[0].grasps["hand"].closure == 0.25
 
 
-def test_a_scene_without_a_script_is_refused_in_one_line():
-    command = [sys.executable, "-m", "cloth_sim_ros.operator", "--scene", "drape"]
+def test_a_scene_without_a_script_is_refused_in_one_line(tmp_path):
+    scene = tmp_path / "still.yaml"
+    scene.write_text("cloth: {grid: {width: 1.0, height: 1.0, columns: 3, rows: 3}}\n")
+    command = [sys.executable, "-m", "cloth_sim_ros.operator", "--scene", str(scene)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 1
     assert done.stderr.startswith("cloth_operator: script: ")
