@@ -53,7 +53,9 @@ class ImplicitEuler:
         self._force[:] = 0.0
         shown, most = model.area_vectors(position), model.mesh.vertex_area
         surface.add_relative_drag(velocity, substep.flow, shown, most, model.drag, model.mass, h, self._force)
-        return position + h * velocity + h * h * (self._force / model.mass[:, None] + substep.gravity)
+        inertial = np.empty_like(position)
+        springs.drift(position, velocity, self._force, model.mass, substep.gravity, h, inertial)
+        return inertial
 
     def bend(self, position: np.ndarray, inertial: np.ndarray, substep: Substep) -> np.ndarray:
         """Where bending and its viscosity lead from the inertial prediction, (V, 3) m, held vertices at their targets.

@@ -8,52 +8,66 @@ from cloth_core.kernels import kernel
 
 
 @kernel
-def first_moments(position, error, mass, component, chosen, count):
-    """Mass (C,), centre of mass (C, 3) and momentum error (C, 3) of the components that are ``chosen`` (C,)."""
+def moments(position, error, mass, component, chosen, count):
+    """Moments of mass and of the displacement ``error`` (V, 3) m of the components that are ``chosen`` (C,).
+
+    Sums run about the first vertex of each component, so that nothing cancels far from the origin.
+
+    Returns:
+        Mass (C,) kg, centre of mass (C, 3) m, momentum error (C, 3) kg m, and about the centre of mass the
+        inertia (C, 3, 3) kg m^2 and the angular error (C, 3) kg m^2.
+    """
     total = np.zeros(count)
-    center = np.zeros((count, 3))
+    anchor = np.zeros((count, 3))
+    first = np.zeros((count, 3))
     drift = np.zeros((count, 3))
-    for v in range(position.shape[0]):
-        c = component[v]
-        if chosen[c]:
-            total[c] += mass[v]
-            for a in range(3):
-                center[c, a] += mass[v] * position[v, a]
-                drift[c, a] += mass[v] * error[v, a]
-    for c in range(count):
-        if total[c] > 0.0:
-            for a in range(3):
-                center[c, a] /= total[c]
-    return total, center, drift
-
-
-@kernel
-def second_moments(position, error, mass, component, chosen, center):
-    """Per component: inertia (C, 3, 3) kg m^2 and angular error (C, 3) kg m^2 about the centre of mass."""
-    count = center.shape[0]
-    inertia = np.zeros((count, 3, 3))
+    spread = np.zeros((count, 6))
     twist = np.zeros((count, 3))
     for v in range(position.shape[0]):
         c = component[v]
-        if chosen[c]:
-            m = mass[v]
-            x = position[v, 0] - center[c, 0]
-            y = position[v, 1] - center[c, 1]
-            z = position[v, 2] - center[c, 2]
-            inertia[c, 0, 0] += m * (y * y + z * z)
-            inertia[c, 1, 1] += m * (x * x + z * z)
-            inertia[c, 2, 2] += m * (x * x + y * y)
-            inertia[c, 0, 1] -= m * x * y
-            inertia[c, 0, 2] -= m * x * z
-            inertia[c, 1, 2] -= m * y * z
-            twist[c, 0] += m * (y * error[v, 2] - z * error[v, 1])
-            twist[c, 1] += m * (z * error[v, 0] - x * error[v, 2])
-            twist[c, 2] += m * (x * error[v, 1] - y * error[v, 0])
+        if not chosen[c]:
+            continue
+        if total[c] == 0.0:
+            anchor[c, 0], anchor[c, 1], anchor[c, 2] = position[v, 0], position[v, 1], position[v, 2]
+        m = mass[v]
+        x, y, z = position[v, 0] - anchor[c, 0], position[v, 1] - anchor[c, 1], position[v, 2] - anchor[c, 2]
+        ex, ey, ez = error[v, 0], error[v, 1], error[v, 2]
+        mx, my, mz = m * x, m * y, m * z
+        total[c] += m
+        first[c, 0] += mx
+        first[c, 1] += my
+        first[c, 2] += mz
+        drift[c, 0] += m * ex
+        drift[c, 1] += m * ey
+        drift[c, 2] += m * ez
+        spread[c, 0] += mx * x
+        spread[c, 1] += my * y
+        spread[c, 2] += mz * z
+        spread[c, 3] += mx * y
+        spread[c, 4] += mx * z
+        spread[c, 5] += my * z
+        twist[c, 0] += my * ez - mz * ey
+        twist[c, 1] += mz * ex - mx * ez
+        twist[c, 2] += mx * ey - my * ex
+    center = np.zeros((count, 3))
+    inertia = np.zeros((count, 3, 3))
     for c in range(count):
-        inertia[c, 1, 0] = inertia[c, 0, 1]
-        inertia[c, 2, 0] = inertia[c, 0, 2]
-        inertia[c, 2, 1] = inertia[c, 1, 2]
-    return inertia, twist
+        if total[c] == 0.0:
+            continue
+        x, y, z = first[c, 0] / total[c], first[c, 1] / total[c], first[c, 2] / total[c]
+        center[c, 0], center[c, 1], center[c, 2] = anchor[c, 0] + x, anchor[c, 1] + y, anchor[c, 2] + z
+        # From the anchor to the centre of mass: parallel axes.
+        twist[c, 0] -= y * drift[c, 2] - z * drift[c, 1]
+        twist[c, 1] -= z * drift[c, 0] - x * drift[c, 2]
+        twist[c, 2] -= x * drift[c, 1] - y * drift[c, 0]
+        m = total[c]
+        xx, yy, zz = spread[c, 0] - m * x * x, spread[c, 1] - m * y * y, spread[c, 2] - m * z * z
+        xy, xz, yz = spread[c, 3] - m * x * y, spread[c, 4] - m * x * z, spread[c, 5] - m * y * z
+        inertia[c, 0, 0], inertia[c, 1, 1], inertia[c, 2, 2] = yy + zz, xx + zz, xx + yy
+        inertia[c, 0, 1] = inertia[c, 1, 0] = -xy
+        inertia[c, 0, 2] = inertia[c, 2, 0] = -xz
+        inertia[c, 1, 2] = inertia[c, 2, 1] = -yz
+    return total, center, drift, inertia, twist
 
 
 @kernel

@@ -143,3 +143,13 @@ def add_hinge_forces(position, velocity, hinge_vertex, hinge_weight, bend, visco
                 curl += hinge_weight[e, n] * (position[v, a] + viscosity_time * velocity[v, a])
             for n in range(4):
                 force[hinge_vertex[e, n], a] -= bend * curl * hinge_weight[e, n]
+
+
+@kernel
+def drift(position, velocity, force, mass, gravity, h, moved):
+    """Where inertia, ``force`` (V, 3) N and ``gravity`` m/s^2 alone lead within ``h`` s, into ``moved`` (V, 3) m."""
+    for v in range(position.shape[0]):
+        scale = h * h / mass[v]
+        for a in range(3):
+            way = h * velocity[v, a] + scale * force[v, a] + h * h * gravity[a]
+            moved[v, a] = position[v, a] + way

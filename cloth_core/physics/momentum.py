@@ -34,10 +34,13 @@ class MomentumBalance:
         chosen[self._component[held]] = False
         if not chosen.any():
             return
-        error = inertial - moved
-        total, center, drift = kernels.first_moments(start, error, self._mass, self._component, chosen, self._count)
+        total, center, drift, inertia, twist = kernels.moments(
+            start, inertial - moved, self._mass, self._component, chosen, self._count
+        )
         shift = drift / np.where(total > 0, total, 1.0)[:, None]
-        inertia, twist = kernels.second_moments(start, error, self._mass, self._component, chosen, center)
-        # Collinear masses resist no turn about their line: the pseudo-inverse leaves that turn out.
-        turn = np.einsum("cij,cj->ci", np.linalg.pinv(inertia, rcond=1e-9, hermitian=True), twist)
+        # Collinear masses resist no turn about their line: inverting only what resists leaves that turn out.
+        moment, axes = np.linalg.eigh(inertia)
+        resists = moment > 1e-9 * moment[:, -1:]
+        along = np.matmul(twist[:, None, :], axes)[:, 0] * np.where(resists, 1.0 / np.where(resists, moment, 1.0), 0.0)
+        turn = np.matmul(axes, along[:, :, None])[:, :, 0]
         kernels.add_rigid_displacement(start, center, shift, turn, self._component, chosen, moved)

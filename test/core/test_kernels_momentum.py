@@ -18,8 +18,7 @@ def test_moments_and_displacement_are_those_of_each_chosen_component(seed):
     chosen = np.array([True, seed % 2 == 0, False])
     error = inertial - moved
 
-    total, center, drift = momentum.first_moments(x, error, mass, component, chosen, 3)
-    inertia, twist = momentum.second_moments(x, error, mass, component, chosen, center)
+    total, center, drift, inertia, twist = momentum.moments(x, error, mass, component, chosen, 3)
     for c in np.flatnonzero(chosen):
         at = component == c
         assert total[c] == pytest.approx(mass[at].sum())

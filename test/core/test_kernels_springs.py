@@ -88,3 +88,13 @@ def test_hinge_forces_are_minus_q_times_x(seed, dt):
     springs.add_hinge_forces(x, v, hinges, weights, 0.7, dt, force)
     expected = -twins.bending_matrix(len(x), hinges, weights, 0.7) @ (x + dt * v)
     np.testing.assert_allclose(force - 1.0, expected, atol=1e-12)
+
+
+@given(SEEDS)
+def test_drift_is_inertia_force_and_gravity(seed):
+    random = np.random.default_rng(seed)
+    x, v, force = random.normal(size=(3, 6, 3))
+    mass, gravity, h = random.uniform(0.1, 1.0, 6), random.normal(size=3), random.uniform(1e-3, 0.1)
+    moved = np.full_like(x, np.nan)
+    springs.drift(x, v, force, mass, gravity, h, moved)
+    np.testing.assert_allclose(moved, x + h * v + h * h * (force / mass[:, None] + gravity), atol=1e-14)
