@@ -24,8 +24,8 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker
 
-from cloth_sim_ros.children import Child
 from cloth_sim_ros.command_line import free_domain
+from cloth_sim_ros.launcher.children import Child
 from cloth_sim_ros.ros.listen import DiagnosticsListener
 
 SETTLING_S = 3.0

@@ -12,8 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from cloth_sim_ros.recorded import RecordedSession
-from cloth_sim_ros.verify import verify
+from cloth_sim_ros.recording.recorded import RecordedSession
+from cloth_sim_ros.recording.verify import verify
 
 
 def main() -> int:

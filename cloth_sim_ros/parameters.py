@@ -16,7 +16,7 @@ from typing import Any
 
 from cloth_core import Material, SettingError, SolverConfig
 from cloth_core.settings import Setting, Settings, setting
-from cloth_sim_ros.recording import RECORD
+from cloth_sim_ros.recording.recorder import RECORD
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ import time
 from collections.abc import Sequence
 
 from cloth_sim_ros.command_line import complain, split_ros_args, stop_on_signals
-from cloth_sim_ros.recorded import RecordedSession
+from cloth_sim_ros.recording.recorded import RecordedSession
+from cloth_sim_ros.recording.verify import Verification, verify
 from cloth_sim_ros.session import SessionError
-from cloth_sim_ros.verify import Verification, verify
 
 COMMAND = "cloth_replay"
 DESCRIPTION = """\

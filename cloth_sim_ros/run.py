@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 
 from cloth_core import SettingError
 from cloth_core.scene import Scene
-from cloth_sim_ros.children import Child
 from cloth_sim_ros.command_line import complain, free_domain, split_ros_args, stop_on_signals
+from cloth_sim_ros.launcher.children import Child
+from cloth_sim_ros.launcher.status_line import StatusLine, describe, shortened
 from cloth_sim_ros.operator import moves_anything
 from cloth_sim_ros.share import find_scene, scene_names
-from cloth_sim_ros.status_line import StatusLine, describe, shortened
 
 if TYPE_CHECKING:
     from cloth_sim_ros.ros.listen import DiagnosticsListener

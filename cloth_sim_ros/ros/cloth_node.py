@@ -14,14 +14,14 @@ from std_srvs.srv import SetBool, Trigger
 from cloth_core import ClothError
 from cloth_sim_ros.interfaces import PAUSE, RESET
 from cloth_sim_ros.parameters import NodeSettings
-from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.recording.folder import open_session
+from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.pace import pace_of
 from cloth_sim_ros.ros.parameters import declare
 from cloth_sim_ros.ros.parts import Parts, assemble
 from cloth_sim_ros.ros.report import Report
-from cloth_sim_ros.runner import Runner
 from cloth_sim_ros.session import SessionError
-from cloth_sim_ros.session_folder import open_session
+from cloth_sim_ros.simulation.runner import Runner
 
 
 class ClothNode(LifecycleNode):

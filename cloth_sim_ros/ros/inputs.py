@@ -12,10 +12,10 @@ from rclpy.subscription import Subscription
 
 from cloth_core.scene import Scene
 from cloth_sim_ros import interfaces
-from cloth_sim_ros.intake import Intake, Source
-from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.messages import interface_class
 from cloth_sim_ros.ros.qos import IncompatibleQos, profile
+from cloth_sim_ros.simulation.intake import Intake, Source
 
 
 class Subscriptions:

@@ -14,8 +14,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from cloth_core import Pose
 from cloth_core.obstacles import Obstacle
-from cloth_sim_ros.diagnostics import Status
-from cloth_sim_ros.obstacle_shapes import Shape, shapes_of
+from cloth_sim_ros.messages.obstacle_shapes import Shape, shapes_of
+from cloth_sim_ros.simulation.diagnostics import Status
 
 OBSTACLE_COLOUR = (0.62, 0.66, 0.72, 1.0)
 

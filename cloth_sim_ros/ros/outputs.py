@@ -12,12 +12,12 @@ from rclpy.serialization import serialize_message
 
 from cloth_core import Pose
 from cloth_sim_ros import interfaces
-from cloth_sim_ros.cdr import MarkerEncoder, PointCloudEncoder, encode_mesh, encode_triangles
 from cloth_sim_ros.interfaces import Interface
-from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.messages.cdr import MarkerEncoder, PointCloudEncoder, encode_mesh, encode_triangles
+from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.messages import interface_class, obstacle_markers
 from cloth_sim_ros.ros.qos import IncompatibleQos, profile
-from cloth_sim_ros.simulation import Frame, Simulation
+from cloth_sim_ros.simulation.simulation import Frame, Simulation
 
 FAST_MESH_VERTICES = 2500
 CLOTH_COLOUR = (0.76, 0.16, 0.22, 1.0)

@@ -8,7 +8,7 @@ from rclpy.clock import JumpThreshold
 from rclpy.duration import Duration
 from rclpy.node import Node
 
-from cloth_sim_ros.clock import ClockPace, Pace, WallPace
+from cloth_sim_ros.simulation.clock import ClockPace, Pace, WallPace
 
 
 def pace_of(node: Node, dt: float, undo: ExitStack) -> Pace:

@@ -9,9 +9,6 @@ from dataclasses import dataclass, replace
 from rclpy.lifecycle import LifecycleNode
 
 from cloth_core.scene import Scene
-from cloth_sim_ros.frames import FrameTree
-from cloth_sim_ros.intake import Intake
-from cloth_sim_ros.notices import Notices
 from cloth_sim_ros.parameters import NodeSettings, parameter_names
 from cloth_sim_ros.ros.inputs import Subscriptions
 from cloth_sim_ros.ros.outputs import Outputs
@@ -19,7 +16,10 @@ from cloth_sim_ros.ros.parameters import declare, warn_of_unknown
 from cloth_sim_ros.ros.qos import IncompatibleQos
 from cloth_sim_ros.ros.tf import tf_lookup
 from cloth_sim_ros.share import find_scene
-from cloth_sim_ros.simulation import Simulation
+from cloth_sim_ros.simulation.frames import FrameTree
+from cloth_sim_ros.simulation.intake import Intake
+from cloth_sim_ros.simulation.notices import Notices
+from cloth_sim_ros.simulation.simulation import Simulation
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from rclpy.lifecycle import LifecycleNode
 from rclpy.serialization import serialize_message
 
-from cloth_sim_ros import diagnostics
-from cloth_sim_ros.clock import ClockPace
-from cloth_sim_ros.diagnostics import Status
 from cloth_sim_ros.interfaces import DIAGNOSTICS
-from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros import messages
 from cloth_sim_ros.ros.parts import Parts
 from cloth_sim_ros.ros.qos import profile
-from cloth_sim_ros.runner import Runner
+from cloth_sim_ros.simulation import diagnostics
+from cloth_sim_ros.simulation.clock import ClockPace
+from cloth_sim_ros.simulation.diagnostics import Status
+from cloth_sim_ros.simulation.runner import Runner
 
 
 class Report:

@@ -13,7 +13,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
-from cloth_sim_ros.recorded import RecordedSession
+from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.ros.messages import interface_class
 from cloth_sim_ros.ros.qos import profile
 from cloth_sim_ros.session import Channel, Qos, SessionError

@@ -6,7 +6,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from cloth_core import Pose
-from cloth_sim_ros.frames import Lookup
+from cloth_sim_ros.simulation.frames import Lookup
 
 
 def tf_lookup(node: Node) -> Lookup | None:

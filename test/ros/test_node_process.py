@@ -19,7 +19,7 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 
-from cloth_sim_ros.recorded import RecordedSession
+from cloth_sim_ros.recording.recorded import RecordedSession
 
 
 def session_of(node):

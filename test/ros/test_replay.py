@@ -12,9 +12,9 @@ import pytest
 from sensor_msgs.msg import PointCloud2
 
 from cloth_core.scene import Scene
-from cloth_sim_ros.cdr import PointCloudEncoder, encode_string, encode_triangles
 from cloth_sim_ros.interfaces import LATCHED, STREAM
-from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.messages.cdr import PointCloudEncoder, encode_string, encode_triangles
+from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.qos import profile
 from cloth_sim_ros.session import SessionReader, SessionWriter
 

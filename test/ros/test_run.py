@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from cloth_sim_ros.recorded import RecordedSession
-from cloth_sim_ros.verify import verify
+from cloth_sim_ros.recording.recorded import RecordedSession
+from cloth_sim_ros.recording.verify import verify
 
 SCENE = """
 cloth: {grid: {width: 0.4, height: 0.4, columns: 9, rows: 9}, position: [0.0, 0.0, 0.35]}

@@ -12,11 +12,11 @@ import pytest
 
 from cloth_core import State
 from cloth_core.scene import Scene
-from cloth_sim_ros.cdr import PointCloudEncoder
-from cloth_sim_ros.recorded import RecordedSession
-from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.messages.cdr import PointCloudEncoder
+from cloth_sim_ros.recording.content import Event, Snapshot, Step
+from cloth_sim_ros.recording.recorded import RecordedSession
+from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.session import SessionWriter
-from cloth_sim_ros.session_content import Event, Snapshot, Step
 
 NAMESPACE = "/cloth_sim"
 POINTS = "sensor_msgs/msg/PointCloud2"

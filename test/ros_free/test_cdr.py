@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from cloth_sim_ros import cdr
+from cloth_sim_ros.messages import cdr
 
 serialization = pytest.importorskip("rclpy.serialization", reason="rclpy is missing: nothing to compare with")
 from sensor_msgs.msg import PointCloud2, PointField  # noqa: E402

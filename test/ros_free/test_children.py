@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from cloth_sim_ros.children import Child
+from cloth_sim_ros.launcher.children import Child
 
 READY = "print('ready', flush=True)"
 STUBBORN = f"import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); {READY}; time.sleep(600)"

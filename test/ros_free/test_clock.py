@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from cloth_sim_ros.clock import ClockPace, Rhythm, Slot, WallPace
+from cloth_sim_ros.simulation.clock import ClockPace, Rhythm, Slot, WallPace
 
 DT = 5_000_000
 

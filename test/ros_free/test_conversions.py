@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cloth_sim_ros.conversions import RefusedError, cap_speed, read_closure, read_pose, read_wind, stamp_ns
+from cloth_sim_ros.messages.conversions import RefusedError, cap_speed, read_closure, read_pose, read_wind, stamp_ns
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 

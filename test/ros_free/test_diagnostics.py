@@ -9,12 +9,12 @@ import pytest
 
 from cloth_core import Pose
 from cloth_core.scene import Scene
-from cloth_sim_ros import diagnostics
-from cloth_sim_ros.clock import Rhythm, Slot
-from cloth_sim_ros.diagnostics import Level
-from cloth_sim_ros.notices import Notices
 from cloth_sim_ros.session import Health
-from cloth_sim_ros.simulation import Simulation
+from cloth_sim_ros.simulation import diagnostics
+from cloth_sim_ros.simulation.clock import Rhythm, Slot
+from cloth_sim_ros.simulation.diagnostics import Level
+from cloth_sim_ros.simulation.notices import Notices
+from cloth_sim_ros.simulation.simulation import Simulation
 
 SCENE = """
 cloth: {grid: {width: 0.4, height: 0.4, columns: 5, rows: 5}, position: [0.0, 0.0, 0.5]}

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_core import Pose, SettingError
-from cloth_sim_ros.conversions import RefusedError
-from cloth_sim_ros.frames import FrameTree, inverse
+from cloth_sim_ros.messages.conversions import RefusedError
+from cloth_sim_ros.simulation.frames import FrameTree, inverse
 
 QUARTER = "0 0 0.7071067811865476 0.7071067811865476"  # 90 degrees about z
 TREE = [

@@ -9,10 +9,10 @@ import pytest
 
 from cloth_core.scene import Scene
 from cloth_sim_ros import interfaces
-from cloth_sim_ros.frames import FrameTree
-from cloth_sim_ros.intake import NEW_EPOCH_AFTER, Intake, Source
-from cloth_sim_ros.notices import Notices
-from cloth_sim_ros.simulation import Simulation
+from cloth_sim_ros.simulation.frames import FrameTree
+from cloth_sim_ros.simulation.intake import NEW_EPOCH_AFTER, Intake, Source
+from cloth_sim_ros.simulation.notices import Notices
+from cloth_sim_ros.simulation.simulation import Simulation
 
 SCENE = """
 cloth: {grid: {width: 0.4, height: 0.4, columns: 3, rows: 3}, position: [0.0, 0.0, 0.5]}

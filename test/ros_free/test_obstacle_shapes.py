@@ -8,7 +8,7 @@ import pytest
 
 from cloth_core import Pose
 from cloth_core.obstacles import SHAPES, Box, Capsule, Ellipsoid, Plane, Sphere
-from cloth_sim_ros.obstacle_shapes import CUBE, CYLINDER, SPHERE, shapes_of
+from cloth_sim_ros.messages.obstacle_shapes import CUBE, CYLINDER, SPHERE, shapes_of
 
 UPSIDE = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))  # a quarter turn about x takes z to -y
 THERE = Pose((1.0, 2.0, 3.0), UPSIDE)

@@ -8,11 +8,11 @@ import pytest
 
 from cloth_core import Grasp, Inputs, Pose, Wind
 from cloth_core.scene import Scene
-from cloth_sim_ros.cdr import encode_string
-from cloth_sim_ros.recorded import RecordedSession
-from cloth_sim_ros.recording import RECORD, Recorder
+from cloth_sim_ros.messages.cdr import encode_string
+from cloth_sim_ros.recording.content import Event, Snapshot, Step
+from cloth_sim_ros.recording.recorded import RecordedSession
+from cloth_sim_ros.recording.recorder import RECORD, Recorder
 from cloth_sim_ros.session import SessionError, SessionWriter
-from cloth_sim_ros.session_content import Event, Snapshot, Step
 
 INPUTS = Inputs(
     grasps={"hand": Grasp(pose=Pose((0.1, 1 / 3, -2.5), (0.1, 0.2, 0.3, 0.9)), closure=0.7, radius=0.05)},

@@ -9,13 +9,13 @@ import pytest
 
 from cloth_core import Inputs
 from cloth_core.scene import Scene
-from cloth_sim_ros.clock import ClockPace
-from cloth_sim_ros.notices import Notices
-from cloth_sim_ros.recorded import RecordedSession
-from cloth_sim_ros.recording import Recorder
-from cloth_sim_ros.runner import Runner
-from cloth_sim_ros.simulation import Simulation
-from cloth_sim_ros.verify import verify
+from cloth_sim_ros.recording.recorded import RecordedSession
+from cloth_sim_ros.recording.recorder import Recorder
+from cloth_sim_ros.recording.verify import verify
+from cloth_sim_ros.simulation.clock import ClockPace
+from cloth_sim_ros.simulation.notices import Notices
+from cloth_sim_ros.simulation.runner import Runner
+from cloth_sim_ros.simulation.simulation import Simulation
 
 SCENE = """
 cloth: {grid: {width: 0.4, height: 0.4, columns: 5, rows: 5}, position: [0.0, 0.0, 0.5]}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from cloth_sim_ros import cdr
+from cloth_sim_ros.messages import cdr
 from cloth_sim_ros.session import Channel, Qos, SessionError, SessionReader, find_message_type
 from cloth_sim_ros.session.bag import Bag
 

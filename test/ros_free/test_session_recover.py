@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import cloth_sim_ros
-from cloth_sim_ros import cdr
+from cloth_sim_ros.messages import cdr
 from cloth_sim_ros.session import (
     Channel,
     Qos,
@@ -32,7 +32,7 @@ STRING = "std_msgs/msg/String"
 # Records numbers for ever and says on stdout, once it is so, how many are safe from a kill.
 RECORDER = """
 import sys, threading
-from cloth_sim_ros import cdr
+from cloth_sim_ros.messages import cdr
 from cloth_sim_ros.session import SessionWriter
 
 writer = SessionWriter(sys.argv[1], attachments={"scene.yaml": b"a: 1"}, flush_period_s=0.02)

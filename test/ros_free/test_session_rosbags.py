@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cloth_sim_ros import cdr
+from cloth_sim_ros.messages import cdr
 from cloth_sim_ros.session import Qos, SessionWriter, find_message_type
 
 highlevel = pytest.importorskip("rosbags.highlevel", reason="rosbags is not installed")

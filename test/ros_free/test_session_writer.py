@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from cloth_sim_ros import cdr
+from cloth_sim_ros.messages import cdr
 from cloth_sim_ros.session import Health, Qos, Record, SessionError, SessionReader, SessionWriter
 
 pytest.importorskip("std_msgs", reason="no ROS message definitions are installed")

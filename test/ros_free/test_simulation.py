@@ -7,7 +7,7 @@ import pytest
 
 from cloth_core import InputError, Pose
 from cloth_core.scene import Scene
-from cloth_sim_ros.simulation import Simulation
+from cloth_sim_ros.simulation.simulation import Simulation
 
 SCENE = """
 cloth: {grid: {width: 0.4, height: 0.4, columns: 9, rows: 9}, position: [0.0, 0.0, 0.5]}

@@ -3,7 +3,7 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
-from cloth_sim_ros.status_line import StatusLine, describe, shortened
+from cloth_sim_ros.launcher.status_line import StatusLine, describe, shortened
 
 VALUES = {
     "time_s": "12.34",

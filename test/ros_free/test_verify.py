@@ -7,10 +7,10 @@ import pytest
 
 from cloth_core import Wind
 from cloth_sim_ros import replay
-from cloth_sim_ros.recorded import RecordedSession
+from cloth_sim_ros.recording.content import Snapshot, Step
+from cloth_sim_ros.recording.recorded import RecordedSession
+from cloth_sim_ros.recording.verify import verify
 from cloth_sim_ros.session import SessionError
-from cloth_sim_ros.session_content import Snapshot, Step
-from cloth_sim_ros.verify import verify
 
 
 def nudged(arrays, name, vertex, by):

@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from cloth_core import Inputs
-from cloth_sim_ros.cdr import decode_octets, decode_string, encode_octets, encode_string
+from cloth_sim_ros.messages.cdr import decode_octets, decode_string, encode_octets, encode_string
 
 
 @dataclass(frozen=True)

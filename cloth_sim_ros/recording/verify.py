@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cloth_core import ClothError, ClothSolver, State
-from cloth_sim_ros.recorded import RecordedSession
+from cloth_sim_ros.recording.content import Snapshot, Step
+from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.session import SessionError
-from cloth_sim_ros.session_content import Snapshot, Step
 
 Progress = Callable[[int, float], None]
 _POINT_BYTES = 32

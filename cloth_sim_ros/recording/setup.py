@@ -21,8 +21,8 @@ from cloth_core import ClothError, ClothMesh, ClothSolver, Inputs, Material, Sol
 from cloth_core.inputs import pose_as_list, pose_from_list
 from cloth_core.obstacles import SHAPES, Obstacle
 from cloth_core.scene import Scene, View
+from cloth_sim_ros.recording.content import pack, unpack
 from cloth_sim_ros.session.errors import SessionError
-from cloth_sim_ros.session_content import pack, unpack
 
 FORMAT = "1"
 METADATA = "cloth_sim"

@@ -9,8 +9,8 @@ from concurrent.futures import Future
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from cloth_sim_ros.clock import Pace, Slot
-from cloth_sim_ros.simulation import Frame, Simulation
+from cloth_sim_ros.simulation.clock import Pace, Slot
+from cloth_sim_ros.simulation.simulation import Frame, Simulation
 
 
 class SimulationLoop:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cloth_sim_ros.cdr_layout import ENCAPSULATION, CdrBuilder, message_around, unpack_uint32, write_stamp
+from cloth_sim_ros.messages.layout import ENCAPSULATION, CdrBuilder, message_around, unpack_uint32, write_stamp
 
 _FLOAT32, _UINT32 = 7, 6  # sensor_msgs/PointField
 _TRIANGLE_LIST, _ADD = 11, 0  # visualization_msgs/Marker

@@ -8,7 +8,7 @@ from pathlib import Path
 from cloth_core import ClothSolver
 from cloth_core.scene import Scene
 from cloth_sim_ros.parameters import NodeSettings
-from cloth_sim_ros.recording import Recorder
+from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.session import SessionError
 
 

@@ -1,4 +1,4 @@
-"""Reading back what :class:`~cloth_sim_ros.recording.Recorder` wrote."""
+"""Reading back what :class:`~cloth_sim_ros.recording.recorder.Recorder` wrote."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cloth_core.scene import Scene
+from cloth_sim_ros.recording.content import Event, Snapshot, Step
+from cloth_sim_ros.recording.setup import METADATA, scene_from, versions
 from cloth_sim_ros.session import Record, SessionError, SessionReader
-from cloth_sim_ros.session_content import Event, Snapshot, Step
-from cloth_sim_ros.session_setup import METADATA, scene_from, versions
 
 _ENTRIES = (Step, Snapshot, Event)
 

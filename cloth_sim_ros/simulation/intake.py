@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from cloth_core import InputError, Pose
-from cloth_sim_ros import conversions, interfaces
-from cloth_sim_ros.conversions import NANOSECONDS, RefusedError
-from cloth_sim_ros.frames import FrameTree
+from cloth_sim_ros import interfaces
 from cloth_sim_ros.interfaces import Interface
-from cloth_sim_ros.notices import Notices
-from cloth_sim_ros.simulation import Simulation
+from cloth_sim_ros.messages import conversions
+from cloth_sim_ros.messages.conversions import NANOSECONDS, RefusedError
+from cloth_sim_ros.simulation.frames import FrameTree
+from cloth_sim_ros.simulation.notices import Notices
+from cloth_sim_ros.simulation.simulation import Simulation
 
 NEW_EPOCH_AFTER = 1.0
 """s without an accepted message after which an older stamp is taken as a clock that was set back (a bag

@@ -6,11 +6,11 @@ import traceback
 from collections.abc import Callable
 from typing import Protocol
 
-from cloth_sim_ros.clock import Pace, Rhythm, Slot
-from cloth_sim_ros.loop import SimulationLoop
-from cloth_sim_ros.notices import Notices
-from cloth_sim_ros.recording import Recorder
-from cloth_sim_ros.simulation import Frame, Simulation
+from cloth_sim_ros.recording.recorder import Recorder
+from cloth_sim_ros.simulation.clock import Pace, Rhythm, Slot
+from cloth_sim_ros.simulation.loop import SimulationLoop
+from cloth_sim_ros.simulation.notices import Notices
+from cloth_sim_ros.simulation.simulation import Frame, Simulation
 
 SNAPSHOT_SECONDS = 1.0
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from cloth_core import InputError, Pose, SettingError
-from cloth_sim_ros.conversions import RefusedError
+from cloth_sim_ros.messages.conversions import RefusedError
 
 Lookup = Callable[[str, str], "Pose | None"]
 """(target, source) -> pose of the source frame in the target frame, or None if it is not known (yet)."""

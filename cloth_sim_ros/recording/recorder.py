@@ -10,9 +10,9 @@ import numpy as np
 
 from cloth_core import ClothSolver, Inputs
 from cloth_core.scene import Scene
+from cloth_sim_ros.recording.content import Event, Snapshot, Step
+from cloth_sim_ros.recording.setup import attachments_of, metadata_of
 from cloth_sim_ros.session import Health, Qos, SessionWriter
-from cloth_sim_ros.session_content import Event, Snapshot, Step
-from cloth_sim_ros.session_setup import attachments_of, metadata_of
 
 RECORD = ("none", "inputs", "outputs", "all")
 """How much to record: nothing; what drove the cloth; also what was published, bar the Marker, which

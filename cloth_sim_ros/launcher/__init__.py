@@ -1,0 +1,1 @@
+"""What `make run` needs beside the node: child processes and a status line."""
