@@ -88,11 +88,12 @@ def split(solver: Any, state: Any, inputs: Any, frames: int) -> dict[str, float]
     from cloth_core.kernels import springs, surface
 
     model, watch = solver._model, Stopwatch()
-    for name in ("add_rest_lengths", "add_spring_forces", "add_hinge_forces"):
+    for name in ("add_rest_lengths", "add_spring_forces", "add_hinge_forces", "drift"):
         watch.wrap(springs, name, "forces")
     for name in ("area_vectors", "add_relative_drag", "add_drag_of_flow"):
         watch.wrap(surface, name, "forces")
-    watch.wrap(model.filter, "solve", "W")
+    for one in model._filters:
+        watch.wrap(one, "solve", "W")
     watch.wrap(model.limit, "sweep", "stretch limit")
     for name in ("begin_step", "begin_substep", "find", "push_out", "apply_friction", "settle_velocity"):
         watch.wrap(model.contacts, name, "contacts")

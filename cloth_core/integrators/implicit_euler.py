@@ -16,9 +16,9 @@ from cloth_core.kernels import springs, surface
 
 
 class ImplicitEuler:
-    """Default integrator: ``substeps`` 10, ``iterations`` 2, ``stretch_sweeps`` 6."""
+    """Default integrator: ``substeps`` 8, ``iterations`` 2, ``stretch_sweeps`` 6."""
 
-    substeps, iterations, stretch_sweeps = 10, 2, 6
+    substeps, iterations, stretch_sweeps = 8, 2, 6
 
     def __init__(self, model: Model) -> None:
         self.model = model

@@ -13,35 +13,31 @@ PLANE, SPHERE, BOX, CAPSULE, ELLIPSOID = range(5)
 def ellipsoid_distance(x, y, z, rx, ry, rz):
     """Signed distance to an ellipsoid of semi-axes ``rx, ry, rz``, and the outward normal.
 
-    The closest point solves one equation in one unknown, found by bisection on its monotone branch
-    (Eberly, "Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid").
+    The closest point solves one equation in one unknown, here by Newton on its convex branch (after
+    Eberly, "Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid").
     """
     small = min(rx, min(ry, rz))
     square = small * small
     # On a plane of symmetry inside there is no unique answer; a nudge chooses one.
     tiny = 1e-9 * small
     ax, ay, az = max(abs(x), tiny), max(abs(y), tiny), max(abs(z), tiny)
-    qx, qy, qz = rx * rx / square, ry * ry / square, rz * rz / square
+    qx, qy, qz = rx * rx / square - 1.0, ry * ry / square - 1.0, rz * rz / square - 1.0
     gx, gy, gz = rx * ax / square, ry * ay / square, rz * az / square
-    low = 0.0
-    if qx == 1.0:
-        low = gx
-    if qy == 1.0:
-        low = max(low, gy)
-    if qz == 1.0:
-        low = max(low, gz)
-    low -= 1.0
-    high = max(low, math.sqrt(gx * gx + gy * gy + gz * gz) - 1.0)
+    s = 0.0
+    if qx == 0.0:
+        s = gx
+    if qy == 0.0:
+        s = max(s, gy)
+    if qz == 0.0:
+        s = max(s, gz)
+    # Convex and falling from here on: Newton climbs to the root from below and cannot overshoot.
     for _ in range(64):
-        t = 0.5 * (low + high)
-        if t == low or t == high:
+        ux, uy, uz = gx / (s + qx), gy / (s + qy), gz / (s + qz)
+        excess = ux * ux + uy * uy + uz * uz - 1.0
+        if excess < 1e-14:
             break
-        if (gx / (t + qx)) ** 2 + (gy / (t + qy)) ** 2 + (gz / (t + qz)) ** 2 > 1.0:
-            low = t
-        else:
-            high = t
-    t = 0.5 * (low + high)
-    cx, cy, cz = qx * ax / (t + qx), qy * ay / (t + qy), qz * az / (t + qz)
+        s += 0.5 * excess / (ux * ux / (s + qx) + uy * uy / (s + qy) + uz * uz / (s + qz))
+    cx, cy, cz = (qx + 1.0) * ax / (s + qx), (qy + 1.0) * ay / (s + qy), (qz + 1.0) * az / (s + qz)
     gap = math.sqrt((ax - cx) ** 2 + (ay - cy) ** 2 + (az - cz) ** 2)
     nx, ny, nz = cx / (rx * rx), cy / (ry * ry), cz / (rz * rz)
     length = math.sqrt(nx * nx + ny * ny + nz * nz)

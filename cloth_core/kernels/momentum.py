@@ -71,6 +71,27 @@ def moments(position, error, mass, component, chosen, count):
 
 
 @kernel
+def rigid_motion(total, drift, inertia, twist):
+    """The shift (C, 3) m and turn (C, 3) rad of rigid bodies that carry these moments; none for bodies without mass.
+
+    Collinear masses resist no turn about their line: inverting only what resists leaves that turn out.
+    """
+    shift = np.zeros_like(drift)
+    turn = np.zeros_like(twist)
+    for c in range(total.shape[0]):
+        if total[c] == 0.0:
+            continue
+        moment, axes = np.linalg.eigh(inertia[c])
+        for k in range(3):
+            shift[c, k] = drift[c, k] / total[c]
+            if moment[k] > 1e-9 * moment[2]:
+                along = (axes[0, k] * twist[c, 0] + axes[1, k] * twist[c, 1] + axes[2, k] * twist[c, 2]) / moment[k]
+                for a in range(3):
+                    turn[c, a] += along * axes[a, k]
+    return shift, turn
+
+
+@kernel
 def add_rigid_displacement(position, center, shift, turn, component, chosen, moved):
     """Add ``shift + turn x (position - center)`` of each chosen component to ``moved`` (V, 3) m."""
     for v in range(position.shape[0]):

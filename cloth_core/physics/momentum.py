@@ -37,10 +37,5 @@ class MomentumBalance:
         total, center, drift, inertia, twist = kernels.moments(
             start, inertial - moved, self._mass, self._component, chosen, self._count
         )
-        shift = drift / np.where(total > 0, total, 1.0)[:, None]
-        # Collinear masses resist no turn about their line: inverting only what resists leaves that turn out.
-        moment, axes = np.linalg.eigh(inertia)
-        resists = moment > 1e-9 * moment[:, -1:]
-        along = np.matmul(twist[:, None, :], axes)[:, 0] * np.where(resists, 1.0 / np.where(resists, moment, 1.0), 0.0)
-        turn = np.matmul(axes, along[:, :, None])[:, :, 0]
+        shift, turn = kernels.rigid_motion(total, drift, inertia, twist)
         kernels.add_rigid_displacement(start, center, shift, turn, self._component, chosen, moved)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Sequence
@@ -20,6 +21,10 @@ from cloth_sim_ros.ros.cloth_node import ClothNode
 
 _SPIN_SECONDS = 0.1
 """How long a signal may go unnoticed: Python runs its handlers only between two waits."""
+
+_SWITCH_SECONDS = 1e-4
+"""How long another thread may keep the interpreter from the simulation. Each kernel lets go of it, some 600
+times a step; at Python's own 5 ms a recorder at work delays a tenth of the steps past their slot."""
 
 
 class StopRequest:
@@ -42,6 +47,7 @@ class StopRequest:
 
 def run(ros_arguments: Sequence[str]) -> int:
     """Run the node until a signal ends it; returns the exit code."""
+    sys.setswitchinterval(_SWITCH_SECONDS)
     stop = StopRequest()
     node: ClothNode | None = None
     try:

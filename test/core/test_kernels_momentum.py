@@ -30,9 +30,7 @@ def test_moments_and_displacement_are_those_of_each_chosen_component(seed):
         np.testing.assert_allclose(inertia[c], np.trace(spread) * np.eye(3) - spread, atol=1e-12)
     assert not total[~chosen].any() and not drift[~chosen].any() and not twist[~chosen].any()
 
-    turn, shift = np.zeros((3, 3)), np.zeros((3, 3))
-    for c in np.flatnonzero(chosen):
-        turn[c], shift[c] = np.linalg.solve(inertia[c], twist[c]), drift[c] / total[c]
+    shift, turn = momentum.rigid_motion(total, drift, inertia, twist)
     corrected = moved.copy()
     momentum.add_rigid_displacement(x, center, shift, turn, component, chosen, corrected)
     expected = moved.copy()
