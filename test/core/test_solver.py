@@ -87,7 +87,7 @@ def test_bad_input_raises_and_touches_nothing():
             "no obstacle wall; this scene has ball, floor",
             lambda: solver.step(state, Inputs(obstacles={"wall": Pose()})),
         ),
-        ("3 sweep counts for 10 substeps", lambda: solver.step(state, Inputs(), sweeps=(1, 2, 3))),
+        (f"3 sweep counts for {solver.substeps} substeps", lambda: solver.step(state, Inputs(), sweeps=(1, 2, 3))),
         ("not finite at vertices \\[7\\]", lambda: solver.step(broken, Inputs())),
         (
             "the state has 4 vertices, this cloth 120",
