@@ -20,7 +20,7 @@ class SettingError(ClothError):
         self.key = key
         self.problem = problem
         self.source = source
-        super().__init__(f"{source}: {key}: {problem}" if source else f"{key}: {problem}")
+        super().__init__(": ".join(part for part in (source, key, problem) if part))
 
     def under(self, prefix: str) -> SettingError:
         """The same error, seen from the section ``prefix`` that holds the setting."""

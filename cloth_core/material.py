@@ -60,7 +60,7 @@ class Material(Settings):
         Raises:
             SettingError: no such preset, or a changed value out of range.
         """
-        if name not in PRESETS:
+        if not isinstance(name, str) or name not in PRESETS:
             raise SettingError("preset", f"{name!r} is not one of {', '.join(PRESETS)}")
         return cls(**{**PRESETS[name], **changes})
 

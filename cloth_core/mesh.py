@@ -173,6 +173,9 @@ class ClothMesh:
             return cls.from_trimesh(mesh)
         except MeshError as error:
             raise MeshError(f"{path}: {error}") from None
+        except ImportError as error:  # trimesh guessed another format from what the file holds
+            kind = Path(path).suffix or "mesh"
+            raise MeshError(f"{path}: cannot be read as a mesh: it does not hold what a {kind} file holds") from error
         except Exception as error:
             raise MeshError(f"{path}: cannot be read as a mesh: {error}") from error
 

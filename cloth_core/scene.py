@@ -97,7 +97,7 @@ class Scene:
         try:
             values = YAML(typ="safe", pure=True).load(text)
         except YAMLError as error:
-            raise SettingError(source, f"is not valid YAML: {' '.join(str(error).split())}") from None
+            raise SettingError(source, f"is not valid YAML: {_yaml_problem(error)}") from None
         try:
             return cls._from_mapping(values, Path(folder), name, text)
         except SettingError as error:
@@ -137,6 +137,13 @@ class Scene:
         for group in self.pins:
             solver.pin(self.mesh.group(group))
         return solver, solver.initial_state(self.placement)
+
+
+def _yaml_problem(error: YAMLError) -> str:
+    """What is wrong and on which line, without the library's advice to programmers."""
+    mark = getattr(error, "problem_mark", None)
+    problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+    return f"{problem} (line {mark.line + 1})" if mark else str(problem)
 
 
 def _read(key: str, reader: Callable[[Any, Path], _Part], values: Any, folder: Path) -> _Part:
@@ -185,7 +192,7 @@ def _named(values: Any, read: Callable[[Any], _Part]) -> dict[str, _Part]:
     parts = {}
     for name, given in values.items():
         if not isinstance(name, str) or not (name.isascii() and name.replace("_", "a").isalnum() and name[0].isalpha()):
-            raise SettingError(str(name), f"is not {NAME_RULE}")
+            raise SettingError("", f"{name!r} is not {NAME_RULE}")
         try:
             parts[name] = read(given)
         except SettingError as error:

@@ -35,6 +35,7 @@ class StepReport:
         wind_capped: the wind was faster than ``max_wind_speed``.
         teleported: obstacles that moved faster than ``max_obstacle_speed``.
         slowed: grasps that moved faster than they are followed.
+        empty: grasps that closed in this step and had no vertex within their radius.
         recovered: the result was not finite and was replaced by the state before, at rest.
     """
 
@@ -47,6 +48,7 @@ class StepReport:
     wind_capped: bool = False
     teleported: tuple[str, ...] = ()
     slowed: tuple[str, ...] = ()
+    empty: tuple[str, ...] = ()
     recovered: bool = False
 
 
@@ -189,6 +191,7 @@ class ClothSolver:
             wind_capped=capped,
             teleported=tuple(teleported),
             slowed=tuple(name for name in grips if followed[name] != inputs.grasps[name].pose),
+            empty=tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip)),
             recovered=recovered,
         )
         index = state.step_index + 1
@@ -268,3 +271,7 @@ class ClothSolver:
                 pose = grip.pose.toward(followed[name], share)
                 target[np.searchsorted(held, grip.vertex)] = pose.apply(grip.offset)
         return target
+
+
+def _closed_on_nothing(before: Grip | None, now: Grip) -> bool:
+    return now.closed and len(now.vertex) == 0 and not (before is not None and before.closed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import signal
 import socket
 import sys
@@ -32,6 +33,17 @@ def stop_on_signals() -> threading.Event:
     if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup
         signal.signal(signal.SIGHUP, ask)
     return stop
+
+
+def seconds(text: str) -> float:
+    """A ``--duration`` in s; ``argparse`` shows the error."""
+    try:
+        duration = float(text)
+    except ValueError:
+        duration = -1.0
+    if not duration > 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is not a number of seconds above 0")
+    return duration
 
 
 def complain(command: str, problem: object) -> None:

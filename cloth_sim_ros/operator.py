@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from cloth_core import Inputs, SettingError
 from cloth_core.scene import Scene
 from cloth_core.script import Script
-from cloth_sim_ros.command_line import complain, split_ros_args, stop_on_signals
+from cloth_sim_ros.command_line import complain, seconds, split_ros_args, stop_on_signals
 from cloth_sim_ros.share import find_scene
 
 COMMAND = "cloth_operator"
@@ -52,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--scene", required=True, help="name of a scene that comes with the package, or a path")
     parser.add_argument("--namespace", default="/cloth_sim", help="full name of the node (default: %(default)s)")
     parser.add_argument("--frame", default="world", help="frame_id of what is published (default: %(default)s)")
-    parser.add_argument("--duration", type=float, default=float("inf"), metavar="S", help="end after S seconds")
+    parser.add_argument("--duration", type=seconds, default=float("inf"), metavar="S", help="end after S seconds")
     return parser
 
 

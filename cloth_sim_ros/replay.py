@@ -46,6 +46,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SessionError as error:
         complain(COMMAND, error)
         return 2
+    except KeyboardInterrupt:
+        complain(COMMAND, "interrupted")
+        return 130
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from cloth_core import SettingError
 from cloth_core.scene import Scene
-from cloth_sim_ros.command_line import complain, free_domain, split_ros_args, stop_on_signals
+from cloth_sim_ros.command_line import complain, free_domain, seconds, split_ros_args, stop_on_signals
 from cloth_sim_ros.launcher.children import Child
 from cloth_sim_ros.launcher.status_line import StatusLine, describe, shortened
 from cloth_sim_ros.operator import moves_anything
@@ -68,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     shipped = ", ".join(scene_names())
     parser.add_argument("--scene", default="scarf", help=f"a path, or one of {shipped} (default: %(default)s)")
-    parser.add_argument("--duration", type=float, metavar="S", help="end by itself after running for S seconds")
+    parser.add_argument("--duration", type=seconds, metavar="S", help="end by itself after running for S seconds")
     parser.add_argument("--domain", metavar="N", help="ROS domain, or 'free' for one that nobody uses here")
     return parser
 

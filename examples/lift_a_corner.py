@@ -1,4 +1,4 @@
-"""Take the cloth at its highest point and lift it by 30 cm; run it while the cloth node is up.
+"""Take the cloth at its lowest point and lift it by 30 cm; run it while the cloth node is up.
 
 python examples/lift_a_corner.py [namespace, /cloth_sim by default]
 """
@@ -10,13 +10,14 @@ import sys
 import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float64
 
 
 class Lifter(Node):
-    """Waits for the cloth, closes the hand at its highest vertex, then rises at 0.2 m/s."""
+    """Waits for the cloth, closes the hand at its lowest vertex, then rises at 0.2 m/s."""
 
     def __init__(self, cloth: str) -> None:
         super().__init__("lifter")
@@ -24,23 +25,24 @@ class Lifter(Node):
         self.closure = self.create_publisher(Float64, f"{cloth}/grasp/hand/closure", 10)
         self.create_subscription(PointCloud2, f"{cloth}/cloth/points", self.see, 5)
         self.create_timer(0.02, self.move)
-        self.top: np.ndarray | None = None
+        self.get_logger().info(f"waiting for {cloth} to publish points and to listen to grasp/hand")
+        self.corner: np.ndarray | None = None
         self.risen = 0.0
 
     def see(self, cloud: PointCloud2) -> None:
-        """Remember the highest vertex of the first cloud."""
-        if self.top is None:
+        """Remember the lowest vertex of the first cloud."""
+        if self.corner is None:
             points = np.frombuffer(bytes(cloud.data), np.float32).reshape(-1, cloud.point_step // 4)[:, :3]
-            self.top = points[points[:, 2].argmax()].astype(float)
+            self.corner = points[points[:, 2].argmin()].astype(float)
 
     def move(self) -> None:
         """Publish the hand: closed, and a little higher every time."""
-        if self.top is None or self.closure.get_subscription_count() == 0:
+        if self.corner is None or self.closure.get_subscription_count() == 0:
             return
         pose = PoseStamped()
         pose.header.stamp = self.get_clock().now().to_msg()
-        pose.pose.position.x, pose.pose.position.y = float(self.top[0]), float(self.top[1])
-        pose.pose.position.z = float(self.top[2]) + self.risen
+        pose.pose.position.x, pose.pose.position.y = float(self.corner[0]), float(self.corner[1])
+        pose.pose.position.z = float(self.corner[2]) + self.risen
         self.hand.publish(pose)
         self.closure.publish(Float64(data=1.0))
         self.risen += 0.004
@@ -55,7 +57,7 @@ def main() -> None:
     node = Lifter(sys.argv[1] if len(sys.argv) > 1 else "/cloth_sim")
     try:
         rclpy.spin(node)
-    except (SystemExit, KeyboardInterrupt):
+    except (SystemExit, KeyboardInterrupt, ExternalShutdownException):
         pass
     node.destroy_node()
     rclpy.try_shutdown()

@@ -36,11 +36,12 @@ def read_pose(message: Any) -> Pose:
     p, q = message.pose.position, message.pose.orientation
     position, orientation = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
     if not all(math.isfinite(c) and abs(c) < POSITION_LIMIT for c in position):
-        raise RefusedError("pose.position", f"= {_numbers(position)} m: allowed are finite numbers within +-1e+06 m")
+        allowed = f"allowed are finite numbers within +-{POSITION_LIMIT:g} m"
+        raise RefusedError("pose.position", f"= {_numbers(position)} m: {allowed}")
     try:
         return Pose(position, orientation)
     except InputError:
-        problem = f"= {_numbers(orientation)} (x, y, z, w): allowed is a finite quaternion of length 1, not zero"
+        problem = f"= {_numbers(orientation)} (x, y, z, w): allowed is a finite quaternion, not zero"
         raise RefusedError("pose.orientation", problem) from None
 
 

@@ -67,5 +67,10 @@ class Report:
             paused=self._parts.simulation.paused,
             waiting=follows_clock and runner.pace.waiting_for_clock,
         )
-        cloth = diagnostics.cloth(runner.latest, self._parts.representation, self._parts.failures)
+        cloth = diagnostics.cloth(
+            runner.latest,
+            self._parts.representation,
+            self._parts.failures,
+            self._parts.simulation.solver.material.stretch_limit,
+        )
         return [timing, cloth]

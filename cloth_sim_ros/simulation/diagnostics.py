@@ -77,7 +77,11 @@ def timing(rhythm: Rhythm, *, nominal: float, skipped: int, missed_lately: int, 
     return _status("timing", problems, "paused" if paused else f"{rate:.1f} Hz", values)
 
 
-def cloth(frame: Frame | None, representation: str, failures: Notices) -> Status:
+# What fast contact adds to a stretch limit for a moment is no reason to worry; more is.
+STRETCH_TOLERANCE = 0.25
+
+
+def cloth(frame: Frame | None, representation: str, failures: Notices, stretch_limit: float = float("inf")) -> Status:
     """What the last step did, and what went wrong in it."""
     if frame is None:
         return Status("cloth", Level.OK, "no step yet", {"w": representation})
@@ -85,6 +89,10 @@ def cloth(frame: Frame | None, representation: str, failures: Notices) -> Status
     problems = []
     if failures.within(RECENT):
         problems.append((Level.ERROR, failures.as_text()))
+    if report.max_stretch > stretch_limit + STRETCH_TOLERANCE:
+        problems.append((Level.WARN, f"stretched to {report.max_stretch:.2f}, the limit is {stretch_limit:g}"))
+    if report.wind_capped:
+        problems.append((Level.WARN, "the wind is faster than solver.max_wind_speed, and capped"))
     if report.out_of_time:
         problems.append((Level.WARN, "the step ran out of time and was cut short"))
     if report.teleported:
@@ -113,7 +121,7 @@ def inputs(refused: Notices, *, stale: Sequence[str], undeclared: Sequence[str],
     """Stale grasps, messages refused by cause, topics that nobody reads."""
     problems = []
     if stale:
-        problems.append((Level.WARN, f"held in place, for no pose comes: {', '.join(stale)}"))
+        problems.append((Level.WARN, f"no pose comes, so the hand stays where it was: {', '.join(stale)}"))
     if refused.within(RECENT):
         problems.append((Level.WARN, f"refused or mended: {refused.as_text()}"))
     if undeclared:

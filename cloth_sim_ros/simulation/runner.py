@@ -34,6 +34,7 @@ class Runner:
         outputs: publishes its frames.
         recorder: records them; None for no session.
         failures: is told of steps that went wrong.
+        hints: is told of inputs that had no effect.
         ros_now: ROS time in ns.
         budget: share of a slot after which a step hurries up.
         on_reset: is called at every reset, also when the clock jumped back.
@@ -47,6 +48,7 @@ class Runner:
         recorder: Recorder | None,
         failures: Notices,
         *,
+        hints: Notices,
         ros_now: Callable[[], int],
         budget: float,
         on_reset: Callable[[], None],
@@ -58,6 +60,7 @@ class Runner:
         self._outputs = outputs
         self._recorder = recorder
         self._failures = failures
+        self._hints = hints
         self._ros_now = ros_now
         self._on_reset = on_reset
         config = simulation.solver.config
@@ -94,6 +97,12 @@ class Runner:
         if frame.report.recovered:
             problem = f"step {frame.step_index} was not finite; the cloth was put to rest where it was before"
             self._failures.say("not finite, put to rest", problem)
+
+        for name in frame.report.empty:
+            grasp = frame.inputs.grasps[name]
+            where = ", ".join(f"{c:.3f}" for c in grasp.pose.position)
+            nothing = f"no vertex is within its radius of {grasp.radius:g} m around ({where})"
+            self._hints.say(f"grasp {name} closed on nothing", f"grasp {name} closed on nothing: {nothing}")
 
     def _record(self, frame: Frame, stamp_ns: int) -> None:
         if self._recorder is not None:

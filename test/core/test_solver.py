@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from busy import assert_same, busy_inputs, busy_solver, played
@@ -110,23 +113,25 @@ def test_a_mesh_with_massless_vertices_is_refused_before_anything_is_computed():
         ClothSolver(bare)
 
 
-def test_the_quick_start_runs():
-    from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig, Wind
-    from cloth_core.obstacles import Sphere
-
-    mesh = ClothMesh.grid(width=1.0, height=1.0, columns=50, rows=50)
-    solver = ClothSolver(
-        mesh,
-        Material.preset("denim"),
-        SolverConfig(dt=0.02),
-        obstacles={"ball": Sphere(radius=0.3, center=(0.0, 0.0, -0.5))},
-    )
-    solver.pin(mesh.group("corners")[:2])
-    state = solver.initial_state()
-    for _ in range(200):
-        state = solver.step(state, Inputs(wind=Wind(velocity=(2.0, 0.0, 0.0))))
-    assert state.position.shape == (2500, 3)
+def test_the_quick_start_of_the_readme_runs(capsys):
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    (code,) = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
+    names: dict = {}
+    exec(compile(code, "README.md", "exec"), names)
+    state, solver = names["state"], names["solver"]
+    assert capsys.readouterr().out.startswith("(2500, 3) 1.")
     assert 1.0 < solver.report.max_stretch < 1.2
     assert state.time == pytest.approx(4.0)
     assert -1.1 < state.position[:, 2].min() < -0.4
     assert np.linalg.norm(state.position - [0.0, 0.0, -0.5], axis=1).min() > 0.3
+
+
+def test_a_grasp_that_closes_on_nothing_is_reported_once():
+    solver = busy_solver("implicit_euler")
+    state = solver.initial_state()
+    far = Inputs(grasps={"hand": Grasp(pose=Pose((9.0, 9.0, 9.0)), closure=1.0)})
+    said = []
+    for _ in range(3):
+        state = solver.step(state, far)
+        said.append(solver.report.empty)
+    assert said == [("hand",), (), ()]

@@ -67,6 +67,7 @@ class Kit:
             self.outputs,
             self.recorder,
             Notices(self.said.append),
+            hints=Notices(self.said.append),
             ros_now=lambda: self.now,
             budget=0.8,
             on_reset=self.count_reset,

@@ -1,0 +1,30 @@
+"""The examples of the README, run as a reader would run them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from sensor_msgs.msg import PointCloud2
+
+ROOT = Path(__file__).parents[2]
+
+
+def heights(cloud: PointCloud2) -> np.ndarray:
+    return np.frombuffer(bytes(cloud.data), np.float32).reshape(cloud.width, -1)[:, 2]
+
+
+def test_the_lifter_takes_the_lowest_point_of_a_cloth_and_lifts_it(start_node, peer):
+    start_node()
+    clouds = peer.listen(PointCloud2, "/cloth_sim/cloth/points")
+    peer.wait_until(lambda: len(clouds) > 50, "a cloth that lies")
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "examples" / "lift_a_corner.py")], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    seen = len(clouds)
+    peer.wait_until(lambda: len(clouds) > seen + 2, "points after the lift")
+    assert max(heights(cloud).max() for cloud in clouds[-40:]) > heights(clouds[50]).min() + 0.25
