@@ -39,7 +39,7 @@ def play_rounds(name: str, *, rounds: int = ROUNDS, delay: float = 0.0) -> list[
     steps = round((scene.script.period or ONCE) / solver.config.dt)
     played = []
     for _ in range(rounds if scene.script.period else 1):
-        held, stretch, reach, finite, recovered = dict.fromkeys(scene.inputs.grasps, 0), 1.0, 0.0, True, False
+        held, stretch, reach, finite, recovered = dict.fromkeys(scene.script.grasps, 0), 1.0, 0.0, True, False
         states = []
         for number in range(steps):
             if number % round(1.0 / solver.config.dt) == 0:
