@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import queue
 import signal
 import socket
 import sys
-import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import FrameType
 
 
@@ -21,17 +22,50 @@ def split_ros_args(argv: Sequence[str]) -> tuple[list[str], list[str]]:
     return ours, for_ros
 
 
-def stop_on_signals() -> threading.Event:
-    """An event that Ctrl-C (SIGINT), SIGTERM or a closed terminal sets; further signals change nothing."""
-    stop = threading.Event()
+class StopFlag:
+    """Set once and for all; a signal handler may set it, even one that interrupted another in the middle of it.
 
-    def ask(_number: int, _frame: FrameType | None) -> None:
-        stop.set()
+    ``threading.Event`` may not: its ``set`` takes a lock, and a second signal within the first waits for that
+    lock for ever. ``SimpleQueue.put`` is the call of the standard library that is made for this.
+    """
+
+    def __init__(self) -> None:
+        self._set = False
+        self._wake: queue.SimpleQueue[None] = queue.SimpleQueue()
+
+    def set(self) -> None:
+        """Set the flag and wake who waits for it."""
+        self._set = True
+        self._wake.put(None)
+
+    def is_set(self) -> bool:
+        """Whether anybody has set it."""
+        return self._set
+
+    def wait(self, timeout: float) -> bool:
+        """Block until the flag is set, ``timeout`` s at most; returns whether it is. For one thread at a time."""
+        if not self._set:
+            with contextlib.suppress(queue.Empty):
+                self._wake.get(timeout=timeout)
+        return self._set
+
+
+def on_end_signals(ask: Callable[[], None]) -> None:
+    """Call ``ask`` at Ctrl-C (SIGINT), SIGTERM and a closed terminal (SIGHUP, unless nohup had it ignored)."""
+
+    def handle(_number: int, _frame: FrameType | None) -> None:
+        ask()
 
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, ask)
-    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup
-        signal.signal(signal.SIGHUP, ask)
+        signal.signal(number, handle)
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, handle)
+
+
+def stop_on_signals() -> StopFlag:
+    """A flag that every signal that asks for an end sets; further signals change nothing."""
+    stop = StopFlag()
+    on_end_signals(stop.set)
     return stop
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
 
 from cloth_core import Inputs, SettingError
 from cloth_core.scene import Scene
 from cloth_core.script import Script
-from cloth_sim_ros.command_line import complain, seconds, split_ros_args, stop_on_signals
+from cloth_sim_ros.command_line import StopFlag, complain, seconds, split_ros_args, stop_on_signals
 from cloth_sim_ros.share import find_scene
 
 COMMAND = "cloth_operator"
@@ -56,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _play(scene: Scene, options: argparse.Namespace, for_ros: Sequence[str], stop: threading.Event) -> None:
+def _play(scene: Scene, options: argparse.Namespace, for_ros: Sequence[str], stop: StopFlag) -> None:
     from cloth_sim_ros.ros.operate import Hands  # here, so that --help and a wrong scene need no ROS
 
     with Hands(scene.script, options.namespace, options.frame, for_ros) as hands:
@@ -66,7 +65,7 @@ def _play(scene: Scene, options: argparse.Namespace, for_ros: Sequence[str], sto
 
 
 def play(
-    inputs_at: Callable[[float], Inputs], show: Callable[[Inputs], None], stop: threading.Event, duration: float
+    inputs_at: Callable[[float], Inputs], show: Callable[[Inputs], None], stop: StopFlag, duration: float
 ) -> None:
     """Show the inputs of every hundredth of a second at its time, for ``duration`` s or until ``stop`` is set.
 

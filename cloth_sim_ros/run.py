@@ -7,7 +7,6 @@ import json
 import os
 import re
 import sys
-import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from cloth_core import SettingError
 from cloth_core.scene import Scene
-from cloth_sim_ros.command_line import complain, free_domain, seconds, split_ros_args, stop_on_signals
+from cloth_sim_ros.command_line import StopFlag, complain, free_domain, seconds, split_ros_args, stop_on_signals
 from cloth_sim_ros.launcher.children import Child
 from cloth_sim_ros.launcher.status_line import StatusLine, describe, shortened
 from cloth_sim_ros.operator import moves_anything
@@ -88,7 +87,7 @@ class _Run:
         for_ros: Sequence[str],
         scene: Scene,
         listener: DiagnosticsListener,
-        stop: threading.Event,
+        stop: StopFlag,
     ) -> None:
         self._scene_given = options.scene
         self._duration = options.duration

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
 import traceback
 from collections.abc import Sequence
-from types import FrameType
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -16,7 +13,7 @@ from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from cloth_core import SettingError
-from cloth_sim_ros.command_line import complain
+from cloth_sim_ros.command_line import complain, on_end_signals
 from cloth_sim_ros.ros.cloth_node import ClothNode
 
 _SPIN_SECONDS = 0.1
@@ -31,15 +28,12 @@ class StopRequest:
     """Ctrl-C, SIGTERM or a closed terminal: interrupts the start, merely asks a node that runs, and is then ignored."""
 
     def __init__(self) -> None:
-        self.asked = threading.Event()
+        self.asked = False
         self.interrupts = True
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
-        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup
-            signal.signal(signal.SIGHUP, self._ask)
+        on_end_signals(self._ask)
 
-    def _ask(self, _number: int, _frame: FrameType | None) -> None:
-        self.asked.set()
+    def _ask(self) -> None:
+        self.asked = True
         if self.interrupts:
             self.interrupts = False
             raise KeyboardInterrupt
@@ -84,7 +78,7 @@ def _bring_up(node: ClothNode) -> bool:
 def _spin(node: ClothNode, stop: StopRequest) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    while not stop.asked.is_set() and rclpy.ok():
+    while not stop.asked and rclpy.ok():
         try:
             executor.spin_once(timeout_sec=_SPIN_SECONDS)
         except Exception:  # one bad callback must not take the cloth away from everybody else

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -13,6 +12,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
+from cloth_sim_ros.command_line import StopFlag
 from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.ros.messages import interface_class
 from cloth_sim_ros.ros.qos import profile
@@ -57,13 +57,13 @@ class Republisher:
         """What is published, by its name on the graph."""
         return [publisher.topic_name for publisher in self._publishers.values()]
 
-    def wait_for_subscriber(self, stop: threading.Event) -> None:
+    def wait_for_subscriber(self, stop: StopFlag) -> None:
         """Return when somebody listens, or ``stop`` is set."""
         while not any(p.get_subscription_count() for p in self._publishers.values()):
             if stop.wait(_LOOK_PERIOD_S):
                 return
 
-    def play(self, stop: threading.Event, *, rate: float = 1.0) -> None:
+    def play(self, stop: StopFlag, *, rate: float = 1.0) -> None:
         """Publish everything once, ``rate`` times as fast as it was recorded, or until ``stop`` is set."""
         start = time.monotonic()
         first_ns: int | None = None

@@ -6,12 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from std_msgs.msg import Float64
 
 from cloth_core.scene import Scene
+from cloth_sim_ros.command_line import StopFlag
 from cloth_sim_ros.interfaces import COMMAND, NEWEST
 from cloth_sim_ros.operator import play
 from cloth_sim_ros.ros.qos import profile
@@ -71,7 +71,7 @@ def test_the_script_goes_by_the_time_that_passed_and_ends_when_it_is_over():
         times.append(seconds)
         return script.inputs_at(seconds, rest)
 
-    play(inputs_at, shown.append, threading.Event(), duration=0.1)
+    play(inputs_at, shown.append, StopFlag(), duration=0.1)
     assert len(shown) == len(times) >= 1
     assert times == sorted(times)
     assert times[-1] < 0.1

@@ -5,10 +5,11 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 
 import pytest
 
-from cloth_sim_ros.command_line import free_domain, split_ros_args, stop_on_signals
+from cloth_sim_ros.command_line import StopFlag, free_domain, split_ros_args, stop_on_signals
 
 
 @pytest.mark.parametrize(
@@ -37,6 +38,29 @@ def test_signals_set_the_event_and_nothing_else(number):
     finally:
         for n, handler in before.items():
             signal.signal(n, handler)
+
+
+def test_a_signal_in_the_middle_of_the_handler_of_another_locks_nothing_up():
+    program = (
+        "import os, signal, sys; from cloth_sim_ros.command_line import stop_on_signals; stop = stop_on_signals()\n"
+        "again = iter(range(200))\n"
+        "def trace(frame, event, _):\n"  # a signal at every line that a handler passes, and those of its callees
+        "    if next(again, None) is not None: os.kill(os.getpid(), signal.SIGTERM)\n"
+        "    return trace\n"
+        "sys.settrace(trace); os.kill(os.getpid(), signal.SIGINT); sys.settrace(None)\n"
+        "raise SystemExit(0 if stop.wait(10) else 1)"
+    )
+    assert subprocess.run([sys.executable, "-c", program], timeout=60).returncode == 0
+
+
+def test_waiting_for_the_flag_ends_with_the_time_or_the_flag():
+    stop = StopFlag()
+    assert not stop.wait(0.0)
+    assert not stop.wait(0.001)
+    threading.Timer(0.01, stop.set).start()
+    assert stop.wait(60)
+    assert stop.wait(60)
+    assert stop.is_set()
 
 
 def test_under_nohup_a_closed_terminal_is_ignored():
