@@ -1,7 +1,7 @@
 """Real-time cloth: the solver of Meyer, Debunne, Desbrun and Barr 2000, and what lies beyond it. Knows no ROS."""
 
 from cloth_core.config import SolverConfig
-from cloth_core.errors import ClothError, InputError, MeshError, SettingError
+from cloth_core.errors import ClothError, InputError, MeshError, MeshWarning, SettingError
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -19,6 +19,7 @@ __all__ = [
     "Inputs",
     "Material",
     "MeshError",
+    "MeshWarning",
     "Pose",
     "SettingError",
     "SolverConfig",

@@ -37,3 +37,7 @@ class MeshError(ClothError):
 
 class InputError(ClothError):
     """A value given to one step (a pose, a wind, a closure) cannot be used."""
+
+
+class MeshWarning(UserWarning):
+    """A mesh file had faults that could be mended; the message names the file, the elements and what was done."""

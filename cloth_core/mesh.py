@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
@@ -12,9 +14,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from cloth_core import topology
-from cloth_core.errors import MeshError
+from cloth_core.errors import MeshError, MeshWarning
 from cloth_core.material import Material
+from cloth_core.meshing import checks, files, grid, net, repair, sheet
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,9 +58,11 @@ class ClothMesh:
                 value = np.ascontiguousarray(value)
                 value.setflags(write=False)
                 object.__setattr__(self, known.name, value)
-        topology.check_positions(self.rest_position)
-        topology.check_indices("triangle", self.triangles, self.vertex_count)
-        topology.check_indices("spring", self.spring_vertex, self.vertex_count)
+        checks.check_positions(self.rest_position)
+        checks.check_indices("triangles", self.triangles, self.vertex_count)
+        checks.check_indices("springs", self.spring_vertex, self.vertex_count)
+        arrays = {known.name: getattr(self, known.name) for known in fields(self)}
+        checks.check_arrays({name: value for name, value in arrays.items() if isinstance(value, np.ndarray)})
 
     @property
     def vertex_count(self) -> int:
@@ -117,13 +121,9 @@ class ClothMesh:
         along x first, from the bottom row up.
 
         Raises:
-            MeshError: fewer than 2 columns or rows, or an extent that is not positive.
+            MeshError: fewer than 2 columns or rows, an extent that is not positive, or cells far longer than wide.
         """
-        if columns < 2 or rows < 2:
-            raise MeshError(f"a grid needs at least 2 columns and 2 rows, not {columns} x {rows}")
-        if not (width > 0 and height > 0 and np.isfinite([width, height]).all()):
-            raise MeshError(f"a grid needs a positive width and height, not {width} x {height} m")
-        return topology.grid(cls, width, height, columns, rows)
+        return cls(**grid.fields(width, height, columns, rows))
 
     @classmethod
     def from_triangles(
@@ -145,10 +145,11 @@ class ClothMesh:
             warp: direction of the warp in the frame of ``position``.
 
         Raises:
-            MeshError: non-finite positions, indices out of range, triangles without area, or vertices
-                that no triangle uses, with their numbers.
+            MeshError: vertices that are not finite or belong to no triangle; triangles that are out of range,
+                repeated, without area or wound against their neighbours; edges of more than two triangles; a
+                surface with one side only; uv, groups or a warp that make no sense. The message names the elements.
         """
-        return topology.sheet(cls, position, triangles, uv=uv, groups=groups or {}, warp=warp)
+        return cls(**sheet.fields(position, triangles, uv, groups or {}, warp))
 
     @classmethod
     def from_trimesh(cls, mesh: object, **options: object) -> ClothMesh:
@@ -159,25 +160,26 @@ class ClothMesh:
     def load(cls, path: str | Path, *, scale: float = 1.0) -> ClothMesh:
         """A sheet from any file that trimesh reads (OBJ, PLY, STL, GLB, ...); ``scale`` turns its unit into metres.
 
-        Raises:
-            MeshError: the file cannot be read or holds no usable triangles; the message names it.
-        """
-        import trimesh
+        Corners at the same place become one vertex. Vertices without a triangle, repeated triangles and tiny parts
+        that hang together with nothing are dropped, triangles wound against their neighbours are turned: a
+        :class:`MeshWarning` names them, as the file numbers them, from 0 (polygons count as the triangles that
+        they are made of).
 
+        Raises:
+            MeshError: the file cannot be read, or what it holds cannot be mended (see :meth:`from_triangles`);
+                the message names the file and the elements.
+        """
+        if not 0.0 < scale < math.inf:
+            raise MeshError(f"{path}: scale {scale} is not a positive number (m per unit of the file)")
         try:
-            mesh = trimesh.load(str(path), force="mesh", process=False)
-            mesh.merge_vertices(merge_tex=True, merge_norm=True)
-            if len(mesh.faces) == 0:
-                raise MeshError("no triangles")
-            mesh.apply_scale(scale)
-            return cls.from_trimesh(mesh)
+            position, triangles = files.read(Path(path))
+            position, triangles, done = repair.mended(scale * position, triangles)
+            mesh = cls.from_triangles(position, triangles)
         except MeshError as error:
-            raise MeshError(f"{path}: {error}") from None
-        except ImportError as error:  # trimesh guessed another format from what the file holds
-            kind = Path(path).suffix or "mesh"
-            raise MeshError(f"{path}: cannot be read as a mesh: it does not hold what a {kind} file holds") from error
-        except Exception as error:
-            raise MeshError(f"{path}: cannot be read as a mesh: {error}") from error
+            raise MeshError(f"{path}: {error}") from error.__cause__
+        for repaired in done:
+            warnings.warn(f"{path}: {repaired}", MeshWarning, stacklevel=2)
+        return mesh
 
     @classmethod
     def from_springs(
@@ -204,7 +206,9 @@ class ClothMesh:
             triangles: (T, 3) surface that wind acts on, if there is one.
             groups: named vertex indices.
 
+        Edges and winding of the triangles are free here: they only catch wind.
+
         Raises:
-            MeshError: indices out of range, masses, stiffnesses or lengths that make no sense.
+            MeshError: indices out of range or repeated; masses, stiffnesses, lengths or triangles that make no sense.
         """
-        return topology.net(cls, position, springs, stiffness, mass, rest_length, limited, triangles, groups or {})
+        return cls(**net.fields(position, springs, stiffness, mass, rest_length, limited, triangles, groups or {}))

@@ -17,6 +17,7 @@ from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import SHAPES, Obstacle
+from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.pose import Pose
 from cloth_core.script import Script
 from cloth_core.settings import Settings, check_keys, setting
@@ -132,8 +133,13 @@ class Scene:
         return cls(mesh=mesh, placement=placement, inputs=inputs, name=name, text=text, **read)
 
     def build(self) -> tuple[ClothSolver, State]:
-        """A solver with the scene's pins, and the state that it starts from."""
+        """A solver with the scene's pins, and the state that it starts from.
+
+        Raises:
+            MeshError: mesh, material and step, each in its range, cannot be computed together.
+        """
         solver = ClothSolver(self.mesh, self.material, self.solver, obstacles=self.obstacles)
+        check_stiffness(self.mesh, self.material, self.solver.dt / solver.substeps)
         for group in self.pins:
             solver.pin(self.mesh.group(group))
         return solver, solver.initial_state(self.placement)
@@ -165,17 +171,20 @@ def _cloth(values: Any, folder: Path) -> tuple[ClothMesh, Pose]:
     else:
         file = _read("mesh", lambda v, _: MeshFileSpec.from_mapping(v), values["mesh"], folder)
         mesh = ClothMesh.load(folder / file.file, scale=file.scale)
-    at, turned = _numbers(values, "position", 3, (0, 0, 0)), _numbers(values, "orientation", 4, (0, 0, 0, 1))
+    at = _numbers("position", values.get("position", (0, 0, 0)), 3, "m")
+    turned = _numbers("orientation", values.get("orientation", (0, 0, 0, 1)), 4, "(quaternion x, y, z, w)")
     return mesh, Pose(at, turned)  # type: ignore[arg-type]
 
 
-def _numbers(values: Mapping[str, Any], key: str, size: int, default: tuple[float, ...]) -> tuple[float, ...]:
-    unit = "m (position)" if size == 3 else "(quaternion x, y, z, w)"
-    given = values.get(key, default)
+def _numbers(key: str, given: Any, size: int, unit: str) -> tuple[float, ...]:
     good = isinstance(given, (list, tuple)) and len(given) == size
-    if not good or any(isinstance(n, bool) or not isinstance(n, (int, float)) for n in given):
-        raise SettingError(key, f"{given!r} is not {size} numbers {unit}")
+    if not good or not all(type(n) in (int, float) and abs(n) <= 1e300 for n in given):
+        raise SettingError(key, f"{given!r} is not {size} finite numbers {unit}")
     return tuple(float(n) for n in given)
+
+
+def _gravity(values: Any, folder: Path) -> tuple[float, float, float]:
+    return Inputs(gravity=_numbers("", values, 3, "m/s^2")).gravity  # type: ignore[arg-type]
 
 
 def _material(values: Any, folder: Path) -> Material:
@@ -217,7 +226,7 @@ def _obstacle(values: Any) -> Obstacle:
 
 def _grasp(values: Any) -> Grasp:
     check_keys(values or {}, ("radius", "close_at", "open_at", "position"))
-    at = _numbers(values or {}, "position", 3, (0, 0, 0))
+    at = _numbers("position", (values or {}).get("position", (0, 0, 0)), 3, "m")
     settings = {key: value for key, value in (values or {}).items() if key != "position"}
     grasp = Grasp(pose=Pose(at), **settings)  # type: ignore[arg-type]
     if grasp.open_at >= grasp.close_at:
@@ -246,7 +255,7 @@ READERS: dict[str, Callable[[Any, Path], Any]] = {
     "obstacles": lambda values, _: _named(values, _obstacle),
     "grasps": lambda values, _: _named(values, _grasp),
     "wind": lambda values, _: Wind.from_mapping(values),
-    "gravity": lambda values, _: _numbers({"gravity": values}, "gravity", 3, (0, 0, 0)),
+    "gravity": _gravity,
     "groups": lambda values, _: _named(values, _group),
     "pins": _pins,
     "script": lambda values, _: Script.from_mapping(values),

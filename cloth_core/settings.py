@@ -53,14 +53,14 @@ class Setting:
             return None
         try:
             checked = _CONVERT[self.kind](value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise SettingError(key, f"{value!r} is not {self.allowed} ({self.help})") from None
         if self.choices and checked not in self.choices:
             raise SettingError(key, f"{value!r} is not {self.allowed} ({self.help})")
         if self.kind == "vector" and len(checked) != self.size:
             raise SettingError(key, f"{value!r} has {len(checked)} components, not {self.allowed} ({self.help})")
         numbers = checked if self.kind == "vector" else (checked,) if self.kind in ("float", "int") else ()
-        if not all(math.isfinite(n) and self.low <= n <= self.high for n in numbers):
+        if not all(self.low <= n <= self.high and abs(n) < math.inf for n in numbers):
             raise SettingError(key, f"{value!r} is out of range: {self.allowed} ({self.help})")
         return checked
 

@@ -11,7 +11,7 @@ from cloth_core import Inputs, SettingError
 from cloth_core.scene import Scene
 from cloth_core.script import Script
 from cloth_sim_ros.command_line import StopFlag, complain, seconds, split_ros_args, stop_on_signals
-from cloth_sim_ros.share import find_scene
+from cloth_sim_ros.share import load_scene
 
 COMMAND = "cloth_operator"
 DESCRIPTION = """\
@@ -28,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     ours, for_ros = split_ros_args(sys.argv[1:] if argv is None else argv)
     options = _parser().parse_args(ours)
     try:
-        scene = Scene.load(find_scene(options.scene))
+        scene = load_scene(options.scene, lambda _mended: None)  # the node says it
         if not moves_anything(scene.script):
             raise SettingError("script", f"the scene {options.scene} has none: there is nothing to play")
     except SettingError as error:
@@ -64,9 +64,7 @@ def _play(scene: Scene, options: argparse.Namespace, for_ros: Sequence[str], sto
         play(lambda seconds: scene.script.inputs_at(seconds, scene.inputs), hands.show, stop, options.duration)
 
 
-def play(
-    inputs_at: Callable[[float], Inputs], show: Callable[[Inputs], None], stop: StopFlag, duration: float
-) -> None:
+def play(inputs_at: Callable[[float], Inputs], show: Callable[[Inputs], None], stop: StopFlag, duration: float) -> None:
     """Show the inputs of every hundredth of a second at its time, for ``duration`` s or until ``stop`` is set.
 
     A late one is not made up for: the script goes by the time that has passed.

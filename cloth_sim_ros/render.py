@@ -11,13 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from cloth_core import ClothError
-from cloth_core.scene import Scene
 from cloth_sim_ros.command_line import complain
 from cloth_sim_ros.rendering.fabric import FABRICS
 from cloth_sim_ros.rendering.gallery import README_CLIP, SHOTS, Shot
 from cloth_sim_ros.rendering.offscreen import RenderError, require_renderer
 from cloth_sim_ros.rendering.playback import frame_times, play
-from cloth_sim_ros.share import find_scene, scene_names
+from cloth_sim_ros.share import load_scene, scene_names
 
 COMMAND = "cloth_render"
 DESCRIPTION = """\
@@ -65,7 +64,7 @@ def _draw(job: _Job) -> None:
     from cloth_sim_ros.rendering import files
     from cloth_sim_ros.rendering.stage import Stage
 
-    scene = Scene.load(find_scene(job.scene))
+    scene = load_scene(job.scene, lambda mended: complain(COMMAND, f"warning: {mended}"))
     job.path.parent.mkdir(parents=True, exist_ok=True)
     with Stage(scene, job.size, FABRICS[job.fabric]) as stage:
 

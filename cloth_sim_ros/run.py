@@ -18,7 +18,7 @@ from cloth_sim_ros.command_line import StopFlag, complain, free_domain, seconds,
 from cloth_sim_ros.launcher.children import Child
 from cloth_sim_ros.launcher.status_line import StatusLine, describe, shortened
 from cloth_sim_ros.operator import moves_anything
-from cloth_sim_ros.share import find_scene, scene_names
+from cloth_sim_ros.share import load_scene, scene_names
 
 if TYPE_CHECKING:
     from cloth_sim_ros.ros.listen import DiagnosticsListener
@@ -50,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     ours, for_ros = split_ros_args(sys.argv[1:] if argv is None else argv)
     options = _parser().parse_args(ours)
     try:
-        scene = Scene.load(find_scene(options.scene))
+        scene = load_scene(options.scene, lambda _mended: None)  # the node will say it
         from cloth_sim_ros.ros.listen import DiagnosticsListener  # here, so that --help needs no ROS
     except (SettingError, ImportError) as error:
         complain(COMMAND, error)

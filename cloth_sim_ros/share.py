@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-from cloth_core import SettingError
+from cloth_core import MeshWarning, SettingError
+from cloth_core.scene import Scene
 
 PACKAGE = "cloth_sim_ros"
 
@@ -34,6 +38,25 @@ def find_scene(scene: str) -> Path:
     if scene and "/" not in scene and shipped.is_file():
         return shipped
     raise SettingError("scene", f"'{scene}' is neither a file nor one of {', '.join(scene_names())}")
+
+
+def load_scene(scene: str, warn: Callable[[str], None]) -> Scene:
+    """The scene of that path or bare name; ``warn`` gets a line for every fault of its mesh file that was mended.
+
+    Raises:
+        SettingError: there is no such file, or it cannot be used.
+    """
+
+    def show(message: Warning | str, category: type[Warning], *where: Any) -> None:
+        if issubclass(category, MeshWarning):
+            warn(str(message))
+        else:
+            show_other(message, category, *where)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", MeshWarning)
+        show_other, warnings.showwarning = warnings.showwarning, show
+        return Scene.load(find_scene(scene))
 
 
 def _candidates() -> list[Path]:

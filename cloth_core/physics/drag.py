@@ -13,11 +13,14 @@ from cloth_core.kernels import surface
 GUST_MODES = 12
 
 
-def capped(wind: Wind, max_speed: float) -> tuple[np.ndarray, bool]:
-    """The mean velocity (3,) m/s within ``max_speed``, and whether it had to be capped."""
-    velocity = np.array(wind.velocity)
-    speed = float(np.linalg.norm(velocity))
-    return (velocity * (max_speed / speed), True) if speed > max_speed else (velocity, False)
+def capped(velocity: tuple[float, float, float], limit: float) -> tuple[tuple[float, float, float], bool]:
+    """``velocity`` m/s, no faster than ``limit`` m/s in the same direction; and whether it was faster."""
+    if math.hypot(*velocity) <= limit * (1.0 + 1e-12):  # what was capped before is not faster by its last digit
+        return velocity, False
+    largest = max(abs(c) for c in velocity)
+    direction = [c / largest for c in velocity]  # the length of the largest floats would overflow
+    scale = limit / math.hypot(*direction)
+    return tuple(c * scale for c in direction), True  # type: ignore[return-value]
 
 
 def flow_at(position: np.ndarray, wind: Wind, time: float, max_speed: float, flow: np.ndarray) -> bool:
@@ -27,7 +30,8 @@ def flow_at(position: np.ndarray, wind: Wind, time: float, max_speed: float, flo
     ``gust_time``. Their root mean square in all three directions together is ``gust_intensity`` times
     the mean speed, and no instant exceeds ``max_speed`` by more than the gusts' largest sum.
     """
-    mean, was_capped = capped(wind, max_speed)
+    velocity, was_capped = capped(wind.velocity, max_speed)
+    mean = np.array(velocity)
     speed = float(np.linalg.norm(mean))
     wave, frequency, phase, amplitude = _gust_modes(wind.gust_seed)
     if wind.gust_intensity == 0.0 or speed == 0.0:

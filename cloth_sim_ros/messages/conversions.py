@@ -57,16 +57,6 @@ def read_wind(message: Any) -> tuple[float, float, float]:
     return vector
 
 
-def cap_speed(velocity: tuple[float, float, float], limit: float) -> tuple[tuple[float, float, float], bool]:
-    """``velocity`` m/s, no faster than ``limit`` m/s in the same direction; and whether it was faster."""
-    if math.hypot(*velocity) <= limit:
-        return velocity, False
-    largest = max(abs(c) for c in velocity)
-    direction = [c / largest for c in velocity]  # the length of the largest floats would overflow
-    scale = limit / math.hypot(*direction)
-    return tuple(c * scale for c in direction), True  # type: ignore[return-value]
-
-
 def read_closure(message: Any) -> float:
     """The closure of a std_msgs/Float64: 0 open .. 1 closed.
 

@@ -15,7 +15,7 @@ from cloth_sim_ros.ros.outputs import Outputs
 from cloth_sim_ros.ros.parameters import declare, warn_of_unknown
 from cloth_sim_ros.ros.qos import IncompatibleQos
 from cloth_sim_ros.ros.tf import tf_lookup
-from cloth_sim_ros.share import find_scene
+from cloth_sim_ros.share import load_scene
 from cloth_sim_ros.simulation.frames import FrameTree
 from cloth_sim_ros.simulation.intake import Intake
 from cloth_sim_ros.simulation.notices import Notices
@@ -83,7 +83,7 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
 
 
 def _load_scene(node: LifecycleNode, settings: NodeSettings) -> Scene:
-    scene = Scene.load(find_scene(settings.scene))
+    scene = load_scene(settings.scene, node.get_logger().warning)
     material = declare(node, scene.material, "material")
     solver = declare(node, scene.solver, "solver")
     return replace(scene, material=material, solver=solver)

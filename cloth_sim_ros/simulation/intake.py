@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cloth_core import InputError, Pose
+from cloth_core.physics.drag import capped
 from cloth_sim_ros import interfaces
 from cloth_sim_ros.interfaces import Interface
 from cloth_sim_ros.messages import conversions
@@ -83,7 +84,7 @@ class Intake:
             self._simulation.set_obstacle(source.name, frame.compose(conversions.read_pose(message)))
 
     def _set_wind(self, source: Source, velocity: tuple[float, float, float]) -> None:
-        used, was_capped = conversions.cap_speed(velocity, self._wind_limit)
+        used, was_capped = capped(velocity, self._wind_limit)
         if was_capped:
             shown = ", ".join(f"{c:g}" for c in velocity)
             allowed = f"allowed is a speed of 0 .. {self._wind_limit:g} m/s (solver.max_wind_speed)"

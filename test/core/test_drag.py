@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cloth_core import ClothMesh, Wind
 from cloth_core.kernels import surface
-from cloth_core.physics.drag import flow_at
+from cloth_core.physics.drag import capped, flow_at
 from cloth_core.validation.geometry import irregular_sheet
 
 CAP = 40.0
+finite = st.floats(allow_nan=False, allow_infinity=False)
 
 
 def flow(wind: Wind, position: np.ndarray, time: float = 0.0) -> np.ndarray:
@@ -106,3 +111,19 @@ def test_wind_above_the_cap_is_capped_and_says_so():
     assert flow_at(POINTS, Wind(velocity=(0.0, 30.0, -40.0)), 0.0, CAP, field)
     np.testing.assert_allclose(field, np.tile([0.0, 24.0, -32.0], (300, 1)))
     assert not flow_at(POINTS, Wind(velocity=(CAP, 0.0, 0.0)), 0.0, CAP, field)
+    assert flow_at(POINTS, Wind(velocity=(1e308, -1e308, 1e308)), 0.0, CAP, field)
+    np.testing.assert_allclose(field, np.tile(np.array([CAP, -CAP, CAP]) / 3**0.5, (300, 1)))
+
+
+@given(st.tuples(finite, finite, finite), st.floats(min_value=0.1, max_value=200.0))
+def test_a_capped_wind_keeps_its_direction_and_is_never_faster_than_the_cap(velocity, limit):
+    slow, was_capped = capped(velocity, limit)
+    speed = math.hypot(*(c / 4 for c in velocity)) * 4
+    if speed <= limit * (1 - 1e-12):
+        assert (slow, was_capped) == (velocity, False)
+    if was_capped:
+        assert math.hypot(*slow) == pytest.approx(limit, rel=1e-12)
+        assert all(math.copysign(1.0, a) == math.copysign(1.0, b) for a, b in zip(velocity, slow, strict=True))
+        largest = max(abs(c) for c in velocity)
+        assert [c / largest for c in velocity] == pytest.approx([c / max(map(abs, slow)) for c in slow])
+    assert capped(slow, limit) == (slow, False)

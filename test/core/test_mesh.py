@@ -1,10 +1,9 @@
-"""Meshes: areas, masses, groups, order, files, and what is refused."""
+"""Meshes: areas, masses, groups, stiffness, and what is refused."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-import trimesh
 
 from cloth_core import ClothMesh, Material, MeshError
 from cloth_core.linear import bending_matrix
@@ -115,29 +114,6 @@ def test_a_pulled_strip_is_as_stiff_as_its_material_says_however_fine(cells):
     assert pulled_along_y(irregular_sheet(0.5, 1.0, cells), even) == pytest.approx(500.0, rel=0.06)
 
 
-@pytest.mark.parametrize("extension", ["obj", "stl", "ply"])
-def test_files_are_read_through_trimesh(tmp_path, extension):
-    """STL holds every corner anew: vertices must come back merged."""
-    sheet = ClothMesh.grid(width=0.4, height=0.3, columns=5, rows=4)
-    path = tmp_path / f"sheet.{extension}"
-    trimesh.Trimesh(sheet.rest_position * 1000, sheet.triangles, process=False).export(path)
-    loaded = ClothMesh.load(path, scale=0.001)
-    assert loaded.vertex_count == 20
-    assert len(loaded.component) == 20 and loaded.component.max() == 0
-    assert loaded.vertex_area.sum() == pytest.approx(0.12, rel=1e-5)
-    np.testing.assert_allclose(np.ptp(loaded.rest_position, axis=0), [0.4, 0.3, 0.0], atol=1e-6)
-
-
-def test_a_file_that_cannot_be_used_is_named(tmp_path):
-    broken = tmp_path / "broken.obj"
-    broken.write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
-    empty = tmp_path / "empty.obj"
-    empty.write_text("v 0 0 0\n")
-    for path in (broken, empty, tmp_path / "missing.obj", tmp_path / "what.xyzzy"):
-        with pytest.raises(MeshError, match=path.name):
-            ClothMesh.load(path)
-
-
 def test_from_springs_takes_any_topology():
     x = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [5, 5, 5]], float)
     pairs = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
@@ -156,28 +132,37 @@ HALVES = [[0, 1, 2], [1, 3, 2]]
     ("build", "message"),
     [
         (lambda: ClothMesh.grid(width=1, height=1, columns=1, rows=5), "at least 2 columns and 2 rows, not 1 x 5"),
-        (lambda: ClothMesh.grid(width=-1, height=1, columns=3, rows=3), "positive width and height, not -1 x 1 m"),
+        (
+            lambda: ClothMesh.grid(width=-1, height=1, columns=3, rows=3),
+            "positive width and height up to .* m, not -1 x 1 m",
+        ),
         (lambda: ClothMesh.grid(width=np.inf, height=1, columns=3, rows=3), "positive width"),
         (
             lambda: ClothMesh.from_triangles(np.where(SQUARE == 1, np.nan, SQUARE), HALVES),
-            "not finite at vertices 1, 2, 3",
+            "vertices not finite .*: 1, 2, 3;",
         ),
         (
             lambda: ClothMesh.from_triangles(SQUARE, [[0, 1, 2], [1, 7, 2]]),
-            r"triangles 1 name vertices outside 0 \.\. 3",
+            r"triangles that name vertices outside 0 \.\. 3: 1;",
         ),
-        (lambda: ClothMesh.from_triangles(SQUARE, [[0, 1, 2], [1, 3, 3]]), "triangles 1 name the same vertex twice"),
-        (lambda: ClothMesh.from_triangles(SQUARE, HALVES[:1]), "vertices 3 belong to no triangle"),
+        (
+            lambda: ClothMesh.from_triangles(SQUARE, [[0, 1, 2], [1, 3, 3]]),
+            "triangles that name the same vertex twice: 1;",
+        ),
+        (lambda: ClothMesh.from_triangles(SQUARE, HALVES[:1]), "vertices that belong to no triangle: 3;"),
         (
             lambda: ClothMesh.from_triangles(SQUARE * [1, 0, 0] + [[0, 0, 0], [0, 0, 0], [3, 0, 0], [0, 0, 0]], HALVES),
-            "no area",
+            "triangles without area.*: 0, 1;",
         ),
         (lambda: ClothMesh.from_triangles(np.zeros((0, 3)), np.zeros((0, 3), int)), r"shape \(V, 3\)"),
-        (lambda: ClothMesh.from_springs(SQUARE, [[0, 4]], stiffness=1, mass=1), "springs 0 name vertices outside"),
-        (lambda: ClothMesh.from_springs(SQUARE, [[0, 1]], stiffness=-1, mass=1), r"stiffness \(N/m\) .* at 0"),
+        (
+            lambda: ClothMesh.from_springs(SQUARE, [[0, 4]], stiffness=1, mass=1),
+            "springs that name vertices outside .*: 0;",
+        ),
+        (lambda: ClothMesh.from_springs(SQUARE, [[0, 1]], stiffness=-1, mass=1), r"stiffness \(N/m\) .*: 0;"),
         (
             lambda: ClothMesh.from_springs(SQUARE, [[0, 1]], stiffness=1, mass=[1, 0, 1, np.nan]),
-            r"mass \(kg\) .* at 1, 3",
+            r"mass \(kg\) .*: 1, 3;",
         ),
         (lambda: ClothMesh.from_springs(SQUARE, [[0, 1]], stiffness=1, mass=1, rest_length=[-2]), r"rest length \(m\)"),
         (lambda: ClothMesh.from_triangles(SQUARE, HALVES, groups={"hem": [4]}), "group 'hem'"),

@@ -60,6 +60,16 @@ def test_every_setting_has_a_sentence(section):
         assert known.allowed, name
 
 
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan, 10**400, -(10**400)])
+def test_numbers_that_no_float_or_no_int_can_hold_are_refused_like_others(value):
+    with pytest.raises(SettingError, match=r"dt: .* a number 0.001 .. 0.1 s"):
+        SolverConfig(dt=value)
+    with pytest.raises(SettingError, match=r"substeps: .* a whole number 0 .. \d+"):
+        SolverConfig(substeps=value)
+    with pytest.raises(SettingError, match=r"velocity: .* 3 numbers m/s"):
+        Wind(velocity=(0.0, value, 0.0))
+
+
 def test_mapping_round_trip_is_exact():
     material = Material.preset("denim", friction=0.1 + 0.2)
     assert Material.from_mapping(material.as_mapping()) == material

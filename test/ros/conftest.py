@@ -22,19 +22,10 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from small_scene import SMALL_SCENE
 
 PATIENCE = 30.0
 """s after which something that has not happened never will; a discovery may take 3 s, a busy machine longer."""
-
-SMALL_SCENE = """
-cloth: {grid: {width: 0.4, height: 0.4, columns: 9, rows: 9}, position: [0.0, 0.0, 0.5]}
-obstacles:
-  ball: {sphere: {radius: 0.1, center: [0.0, 0.0, 0.2]}}
-  floor: {plane: {}}
-grasps:
-  hand: {radius: 0.08, position: [0.2, 0.2, 0.5]}
-pins: [bottom_left]
-"""
 
 
 def _claim_domain() -> tuple[int, socket.socket]:
@@ -209,7 +200,7 @@ class Peer:
 def small_scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A scene that computes in no time: 81 vertices, a ball, a floor, a hand."""
     file = tmp_path_factory.mktemp("scene") / "small.yaml"
-    file.write_text(SMALL_SCENE)
+    file.write_text(SMALL_SCENE + "pins: [bottom_left]\n")
     return file
 
 

@@ -40,6 +40,21 @@ def test_a_signal_ends_it_without_a_traceback_and_with_a_readable_session(start_
     assert recorded.scene.name == "small"
 
 
+def test_a_mesh_file_that_was_mended_is_told_in_one_line_for_each_fault(start_node, tmp_path):
+    corners = "v 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\nv 7 7 7\n"
+    (tmp_path / "sheet.obj").write_text(f"{corners}f 1 2 3\nf 2 3 4\nf 3 2 1\n")
+    scene = tmp_path / "sheet.yaml"
+    scene.write_text("cloth: {mesh: {file: sheet.obj}}\n")
+    node = start_node(scene=scene)
+    warned = [line.split("]: ")[1].strip() for line in node.output.splitlines() if line.startswith("[WARN]")]
+    assert warned == [
+        f"{tmp_path}/sheet.obj: vertices that belong to no triangle were dropped: 4",
+        f"{tmp_path}/sheet.obj: triangles that repeat an earlier one were dropped: 2",
+        f"{tmp_path}/sheet.obj: triangles wound against their neighbours were turned: 1",
+    ]
+    assert "MeshWarning" not in node.output
+
+
 def test_ctrl_c_while_it_is_still_starting_ends_it_quietly(start_node):
     node = start_node(ready=False)
     node.wait_for("compiling kernels")

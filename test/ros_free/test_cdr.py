@@ -113,9 +113,7 @@ def test_earlier_bytes_stay_as_they_were_when_the_encoder_goes_on():
 
 @pytest.mark.parametrize("frame_id", FRAME_IDS)
 @settings(max_examples=20, deadline=None)
-@given(
-    cloth=triangulations(), namespace=st.sampled_from(FRAME_IDS), marker_id=st.integers(-(2**31), 2**31 - 1)
-)
+@given(cloth=triangulations(), namespace=st.sampled_from(FRAME_IDS), marker_id=st.integers(-(2**31), 2**31 - 1))
 def test_a_marker_carries_three_points_per_triangle(frame_id, cloth, namespace, marker_id):
     position, triangles = cloth
     encoder = cdr.MarkerEncoder(frame_id, namespace, marker_id, (0.25, 0.5, 0.75, 1.0), triangles)

@@ -6,12 +6,8 @@ import math
 from types import SimpleNamespace as Message
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from cloth_sim_ros.messages.conversions import RefusedError, cap_speed, read_closure, read_pose, read_wind, stamp_ns
-
-finite = st.floats(allow_nan=False, allow_infinity=False)
+from cloth_sim_ros.messages.conversions import RefusedError, read_closure, read_pose, read_wind, stamp_ns
 
 
 def pose_message(position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0)):
@@ -64,19 +60,6 @@ def test_a_closure_out_of_range_is_refused(closure):
 def test_a_wind_that_is_not_finite_is_refused(bad):
     with pytest.raises(RefusedError, match=r"vector = .* m/s"):
         read_wind(vector_message(1.0, bad, 0.0))
-
-
-@given(st.tuples(finite, finite, finite), st.floats(min_value=0.1, max_value=200.0))
-def test_a_capped_wind_keeps_its_direction_and_is_never_faster_than_the_cap(velocity, limit):
-    capped, was_capped = cap_speed(velocity, limit)
-    speed = math.hypot(*(c / 4 for c in velocity)) * 4
-    if speed <= limit * (1 - 1e-12):
-        assert (capped, was_capped) == (velocity, False)
-    if was_capped:
-        assert math.hypot(*capped) == pytest.approx(limit, rel=1e-12)
-        assert all(math.copysign(1.0, a) == math.copysign(1.0, b) for a, b in zip(velocity, capped, strict=True))
-        largest = max(abs(c) for c in velocity)
-        assert [c / largest for c in velocity] == pytest.approx([c / max(map(abs, capped)) for c in capped])
 
 
 def test_a_stamp_is_read_to_the_nanosecond():

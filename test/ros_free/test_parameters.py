@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from pathlib import Path
 
 import pytest
@@ -97,3 +98,23 @@ def test_an_installation_on_the_ament_path_goes_before_the_checkout(monkeypatch,
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"/nowhere:{tmp_path}")
     assert share.scene_names() == ["only"]
     assert share.find_scene("only") == scenes / "only.yaml"
+
+
+def test_what_was_mended_in_a_mesh_file_goes_to_who_loads_the_scene_and_other_warnings_go_on(tmp_path, monkeypatch):
+    (tmp_path / "sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 9 9 9\nv 0 1 0\nf 1 2 4\nf 4 2 1\n")
+    (tmp_path / "sheet.yaml").write_text("cloth: {mesh: {file: sheet.obj}}\n")
+    load = Scene.load
+
+    def load_and_warn(path):
+        warnings.warn("something else", DeprecationWarning, stacklevel=1)
+        return load(path)
+
+    monkeypatch.setattr(Scene, "load", load_and_warn)
+    lines: list[str] = []
+    with pytest.warns(DeprecationWarning, match="something else") as others:
+        scene = share.load_scene(str(tmp_path / "sheet.yaml"), lines.append)
+    assert (scene.mesh.vertex_count, len(others)) == (3, 1)
+    assert lines == [
+        f"{tmp_path}/sheet.obj: vertices that belong to no triangle were dropped: 2",
+        f"{tmp_path}/sheet.obj: triangles that repeat an earlier one were dropped: 1",
+    ]

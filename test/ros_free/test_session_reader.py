@@ -119,9 +119,7 @@ def test_a_bag_split_into_files_is_read_in_the_order_its_metadata_gives(tmp_path
 def test_a_topic_in_another_encoding_is_refused_by_name_unless_not_asked_for(tmp_path):
     write_bag(tmp_path / "json.mcap", ["{}"], encoding="json")
     reader = SessionReader(tmp_path / "json.mcap")
-    with pytest.raises(
-        SessionError, match=r"json\.mcap: /text is encoded as json/ros2msg, not as cdr/ros2msg"
-    ):
+    with pytest.raises(SessionError, match=r"json\.mcap: /text is encoded as json/ros2msg, not as cdr/ros2msg"):
         list(reader.messages())
     assert list(reader.messages({"/other"})) == []
 

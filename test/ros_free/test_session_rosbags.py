@@ -27,9 +27,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bags") / "session"
     cloud = cdr.PointCloudEncoder("world")
     marker = cdr.MarkerEncoder("world", "cloth", 0, (0.25, 0.5, 0.75, 1.0), TRIANGLES)
-    with SessionWriter(
-        folder, attachments={"scene.yaml": b"a: 1"}, metadata={"run": {"seed": "7"}}
-    ) as writer:
+    with SessionWriter(folder, attachments={"scene.yaml": b"a: 1"}, metadata={"run": {"seed": "7"}}) as writer:
         latched = Qos(durability="transient_local", depth=1)
         writer.write("/mesh", MESH, cdr.encode_mesh(TRIANGLES, POSITION), START_NS, qos=latched)
         for step in range(3):
@@ -54,10 +52,7 @@ def bag(request, folder):
 
 def read(bag, topic):
     connections = [connection for connection in bag.connections if connection.topic == topic]
-    return [
-        (time, bag.deserialize(data, connection.msgtype))
-        for connection, time, data in bag.messages(connections)
-    ]
+    return [(time, bag.deserialize(data, connection.msgtype)) for connection, time, data in bag.messages(connections)]
 
 
 def test_the_clouds_are_the_ones_that_were_written(bag):

@@ -70,12 +70,8 @@ def test_the_short_form_of_a_name_means_the_same():
 def test_ament_prefix_path_comes_first(tmp_path, monkeypatch):
     folder = tmp_path / "share" / "cloth_msgs" / "msg"
     folder.mkdir(parents=True)
-    (folder / "Fold.msg").write_text(
-        "float64[<=3] axis # std_msgs/Nowhere\nEdge[2] edges\n", encoding="utf-8"
-    )
-    (folder / "Edge.msg").write_text(
-        "string<=8 name\nuint32 A=1\ngeometry_msgs/Point[] at\n", encoding="utf-8"
-    )
+    (folder / "Fold.msg").write_text("float64[<=3] axis # std_msgs/Nowhere\nEdge[2] edges\n", encoding="utf-8")
+    (folder / "Edge.msg").write_text("string<=8 name\nuint32 A=1\ngeometry_msgs/Point[] at\n", encoding="utf-8")
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path}:/nowhere")
     found = find_message_type("cloth_msgs/msg/Fold")
     assert sections(found.definition) == ["cloth_msgs/Edge", "geometry_msgs/Point"]

@@ -63,9 +63,7 @@ def test_what_goes_in_comes_out_in_order(tmp_path):
     with SessionWriter(folder, attachments=attachments, metadata=metadata) as writer:
         for n in range(300):
             topic, type_name, data = (
-                ("/text", STRING, cdr.encode_string(str(n)))
-                if n % 3
-                else ("/data", OCTETS, octets(9000, n % 256))
+                ("/text", STRING, cdr.encode_string(str(n))) if n % 3 else ("/data", OCTETS, octets(9000, n % 256))
             )
             assert writer.write(topic, type_name, data, 1000 + n, n, expendable=n % 2 == 0)
             expected.append(Record(topic, type_name, data, 1000 + n, n))
@@ -189,9 +187,7 @@ def test_metadata_that_cannot_be_written_is_reported_and_the_messages_stay(tmp_p
 
 def test_a_folder_that_holds_something_is_refused_and_left_alone(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(
-        SessionError, match=f"{tmp_path}: cannot write a session here: the folder is not empty"
-    ):
+    with pytest.raises(SessionError, match=f"{tmp_path}: cannot write a session here: the folder is not empty"):
         SessionWriter(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 

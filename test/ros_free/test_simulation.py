@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_scene import SMALL_SCENE
 
 from cloth_core import InputError, Pose
 from cloth_core.scene import Scene
 from cloth_sim_ros.simulation.simulation import Simulation
 
-SCENE = """
-cloth: {grid: {width: 0.4, height: 0.4, columns: 9, rows: 9}, position: [0.0, 0.0, 0.5]}
-obstacles:
-  ball: {sphere: {radius: 0.1, center: [0.0, 0.0, 0.2]}}
-  floor: {plane: {}}
-grasps:
-  hand: {radius: 0.08, position: [0.2, 0.2, 0.5]}
+MORE = """\
   other: {radius: 0.08}
 wind: {velocity: [0.5, 0.0, 0.0], gust_intensity: 0.2}
 """
+SCENE = SMALL_SCENE + MORE
 CORNER = Pose((0.2, 0.2, 0.5))
 ABOVE = Pose((0.2, 0.2, 0.9))
 

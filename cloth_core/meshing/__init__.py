@@ -1,0 +1,1 @@
+"""Building meshes: what is refused or mended, and how triangles and springs become stiffness, hinges and areas."""
