@@ -3,14 +3,16 @@
 PYTHON ?= python3
 SCENE ?= scarf
 DURATION ?=
+BENCH ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
+PEERS := .venv-peers
 
 # One pip at a time, even under make -j.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help run test gallery bench validate lint format clean
+.PHONY: help run test gallery bench peers validate lint format clean
 
 # A sourced ROS would put its own Python packages, libraries and middleware beside the wheels of the environment.
 unexport PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH LD_LIBRARY_PATH RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
@@ -39,8 +41,11 @@ test: lint ## check style and imports, run the tests
 gallery: $(VENV)/with-render ## draw every scene into docs/images
 	$(BIN)/cloth_render --all --output docs/images
 
-bench: $(VENV)/with-ros,fast ## run every benchmark
-	@set -e; for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script"; done
+bench: $(VENV)/with-bench ## run every benchmark, the last beside the peers that are installed (BENCH=--quick: once)
+	@set -e; for script in $(filter-out %/table.py,$(wildcard benchmarks/*.py)); do echo "$$script"; $(BIN)/python "$$script"; done
+	@echo benchmarks/table.py; $(BIN)/python benchmarks/table.py $(BENCH)
+
+peers: $(patsubst benchmarks/peers/requirements-%.txt,$(PEERS)/%/ready,$(wildcard benchmarks/peers/requirements-*.txt)) ## install the engines to compare with
 
 validate: $(VENV)/with-ros,fast ## compare the solver with the laws of physics
 	$(BIN)/cloth_validate
@@ -53,12 +58,12 @@ format: $(VENV)/with-test ## lay out the code
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
-clean: ## remove the environment, builds and caches
-	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+clean: ## remove the environments, builds and caches
+	rm -rf $(VENV) $(PEERS) build install log dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Each stamp says: these extras are installed, from this setup.py.
-$(VENV)/with-test $(VENV)/with-render: $(VENV)/with-ros,fast
+$(VENV)/with-test $(VENV)/with-render $(VENV)/with-bench: $(VENV)/with-ros,fast
 $(VENV)/with-%: $(VENV)/place setup.py pyproject.toml
 	@echo "Installing the package with [$*] into $(VENV) (about a minute the first time) ..."
 	@$(BIN)/python -m pip install -qq --editable '.[$*]'
@@ -68,6 +73,13 @@ $(VENV)/place: | machine
 	@echo "Making a Python environment in $(VENV) ..."
 	@$(PYTHON) -m venv $(VENV)
 	@echo '$(CURDIR)' > $@
+
+# Peers pin versions of their own, so each has an environment of its own.
+$(PEERS)/%/ready: benchmarks/peers/requirements-%.txt | machine
+	@echo "Installing $* into $(PEERS)/$* ..."
+	@$(PYTHON) -m venv $(PEERS)/$*
+	@$(PEERS)/$*/bin/python -m pip install -qq --requirement $<
+	@touch $@
 
 .PHONY: machine
 machine:

@@ -35,6 +35,7 @@ EXTRAS = {
         "imageio>=2.31",  # writes animations
         "imageio-ffmpeg>=0.4.9",  # the encoder of the animations
     ],
+    "bench": ["matplotlib>=3.7"],  # draws the benchmarks
     "test": [
         "pytest>=7.4",  # runs the tests
         "hypothesis>=6.80",  # invents the inputs of property tests

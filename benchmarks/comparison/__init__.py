@@ -1,0 +1,1 @@
+"""Our solver beside other engines on the same work: who runs what, in which process, how good, how fast."""
