@@ -32,7 +32,7 @@ help: ## list the targets
 	@echo "make run [SCENE=scarf] [DURATION=seconds], make test, ... (PYTHON=python3.12 picks the Python of a new environment)"
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-run: $(VENV)/with-ros,fast ## start the cloth node and a scripted operator; Ctrl-C ends them
+run: $(VENV)/with-ros ## start the cloth node and a scripted operator; Ctrl-C ends them
 	@exec $(BIN)/cloth_run --scene '$(SCENE)' $(if $(DURATION),--duration '$(DURATION)')
 
 test: lint ## check style and imports, run the tests
@@ -47,7 +47,7 @@ bench: $(VENV)/with-bench ## run every benchmark, the last beside the peers that
 
 peers: $(patsubst benchmarks/peers/requirements-%.txt,$(PEERS)/%/ready,$(wildcard benchmarks/peers/requirements-*.txt)) ## install the engines to compare with
 
-validate: $(VENV)/with-ros,fast ## compare the solver with the laws of physics
+validate: $(VENV)/with-ros ## compare the solver with the laws of physics
 	$(BIN)/cloth_validate
 
 lint: $(VENV)/with-test ## check style and imports
@@ -63,7 +63,7 @@ clean: ## remove the environments, builds and caches
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Each stamp says: these extras are installed, from this setup.py.
-$(VENV)/with-test $(VENV)/with-render $(VENV)/with-bench: $(VENV)/with-ros,fast
+$(VENV)/with-test $(VENV)/with-render $(VENV)/with-bench: $(VENV)/with-ros
 $(VENV)/with-%: $(VENV)/place setup.py pyproject.toml
 	@echo "Installing the package with [$*] into $(VENV) (about a minute the first time) ..."
 	@$(BIN)/python -m pip install -qq --editable '.[$*]'

@@ -11,7 +11,7 @@ HERE = Path(__file__).resolve().parent
 
 REQUIRED = [
     "numpy>=1.26",  # every array
-    "scipy>=1.11",  # sparse matrices, and the factor of W where cholespy is absent
+    "scipy>=1.11",  # sparse matrices, graphs
     "numba>=0.58",  # compiles the kernels
     "trimesh>=4.0",  # reads triangle meshes, answers whether one is watertight
     "ruamel.yaml>=0.18",  # reads scenes as YAML 1.2 and knows the line of a wrong key
@@ -28,7 +28,6 @@ EXTRAS = {
         f"ros-jazzy-common-interfaces; {WHEELS_EXIST}",  # the other messages, std_srvs among them
         f"ros-jazzy-rmw-fastrtps-cpp; {WHEELS_EXIST}",  # the middleware, Fast DDS
     ],
-    "fast": ["cholespy>=1.0"],  # a supernodal Cholesky factor: the quicker W of large cloths
     "render": [
         "pyvista>=0.43",  # draws scenes without a display
         "pillow>=10.0",  # writes and labels PNG files

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from cloth_core.settings import Settings, setting
 
-INTEGRATORS = ("implicit_euler", "meyer2000")
+INTEGRATORS = ("implicit_midpoint", "meyer2000")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,11 +19,17 @@ class SolverConfig(Settings):
     dt: float = setting("float", 0.02, unit="s", low=1e-3, high=0.1, help="time that one step advances")
     integrator: str = setting(
         "str",
-        "implicit_euler",
+        "implicit_midpoint",
         choices=INTEGRATORS,
-        help="implicit_euler: local/global on W; meyer2000: the paper's step",
+        help="implicit_midpoint: second order, local/global on W; meyer2000: the paper's step",
     )
-    substeps: int = setting("int", 0, low=0, high=200, help="substeps in a step; 0: the integrator's own")
+    substeps: int = setting(
+        "int",
+        0,
+        low=0,
+        high=200,
+        help="substeps in a step; 0: the integrator's own (implicit_midpoint: one for every 2 ms)",
+    )
     iterations: int = setting("int", 0, low=0, high=200, help="solves with W in a substep; 0: the integrator's own")
     stretch_sweeps: int = setting(
         "int", 0, low=0, high=500, help="passes over the overlong springs in a substep; 0: the integrator's own"
@@ -44,6 +50,14 @@ class SolverConfig(Settings):
     )
     max_grasp_turn: float = setting(
         "float", 20.0, unit="rad/s", low=0.01, high=1000.0, help="fastest that a gripper's rotation is followed"
+    )
+    max_grasp_force: float = setting(
+        "float",
+        100.0,
+        unit="N",
+        low=0.1,
+        high=1e4,
+        help="most that a gripper pulls with at a cloth that is at its stretch limit; it stays behind otherwise",
     )
     max_push_speed: float = setting(
         "float", 2.0, unit="m/s", low=0.01, high=100.0, help="fastest that a contact pushes out what is already inside"

@@ -17,6 +17,7 @@ class Grasp(Settings):
 
     Closing past ``close_at`` captures the vertices within ``radius`` of the frame's origin and holds
     them rigidly in that frame; opening below ``open_at`` releases them with the velocity they have.
+    A hand that goes farther than the cloth reaches leaves it behind, and loses it after ``slip_distance``.
     """
 
     pose: Pose
@@ -26,6 +27,14 @@ class Grasp(Settings):
     )
     close_at: float = setting("float", 0.6, low=0.0, high=1.0, help="closure at which an open grasp closes")
     open_at: float = setting("float", 0.4, low=0.0, high=1.0, help="closure at which a closed grasp opens")
+    slip_distance: float = setting(
+        "float",
+        0.05,
+        unit="m",
+        low=0.0,
+        high=10.0,
+        help="how far beyond the reach of the cloth a hand may go before the cloth slips out of it",
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -41,6 +41,14 @@ class Material(Settings):
         high=10.0,
         help="time in which bending dies away: its viscosity over its stiffness",
     )
+    stretch_damping: float = setting(
+        "float",
+        5e-4,
+        unit="s",
+        low=0.0,
+        high=1.0,
+        help="time in which stretching dies away: viscosity of the threads over their stiffness",
+    )
     damping: float = setting("float", 0.0, unit="1/s", low=0.0, high=100.0, help="rate at which motion dies away")
     stretch_limit: float = setting(
         "float", 1.03, unit="m/m", low=1.001, high=10.0, help="longest a thread gets, as a multiple of its rest length"

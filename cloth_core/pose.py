@@ -97,6 +97,10 @@ class Pose:
         x, y, z = (float(c) for c in np.asarray(rotation_vector) * (math.sin(angle / 2) / angle))
         return Pose(orientation=(x, y, z, math.cos(angle / 2))).compose(Pose(orientation=self.orientation)).orientation
 
+    def shifted(self, way: np.ndarray) -> Pose:
+        """The pose moved by ``way`` (3,) m, in the world."""
+        return Pose(tuple(float(c) for c in np.add(self.position, way)), self.orientation)
+
     def toward(self, target: Pose, fraction: float) -> Pose:
         """The pose a ``fraction`` (0..1) of the way to ``target``, along the shortest turn; exact at both ends."""
         if fraction <= 0.0:

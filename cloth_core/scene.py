@@ -225,7 +225,7 @@ def _obstacle(values: Any) -> Obstacle:
 
 
 def _grasp(values: Any) -> Grasp:
-    check_keys(values or {}, ("radius", "close_at", "open_at", "position"))
+    check_keys(values or {}, ("radius", "close_at", "open_at", "slip_distance", "position"))
     at = _numbers("position", (values or {}).get("position", (0, 0, 0)), 3, "m")
     settings = {key: value for key, value in (values or {}).items() if key != "position"}
     grasp = Grasp(pose=Pose(at), **settings)  # type: ignore[arg-type]

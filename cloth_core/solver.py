@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,12 @@ from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
 from cloth_core.physics.drag import flow_at
-from cloth_core.physics.grasping import followed_pose, update_grips
+from cloth_core.physics.following import follow
+from cloth_core.physics.grasping import update_grips
+from cloth_core.physics.hands import Hands
+from cloth_core.physics.reach import Reach
+from cloth_core.physics.restraint import Restraint
+from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.pose import Pose
 from cloth_core.state import Grip, State
 
@@ -35,7 +41,10 @@ class StepReport:
         wind_capped: the wind was faster than ``max_wind_speed``.
         teleported: obstacles that moved faster than ``max_obstacle_speed``.
         slowed: grasps that moved faster than they are followed.
+        taut: grasps that are not followed because the cloth between them and the next is at its limit.
+        slipped: grasps that lost the cloth in this step, for they asked for more of it than there is.
         empty: grasps that closed in this step and had no vertex within their radius.
+        restrained: vertices that would have torn their threads, and moved with their neighbours instead.
         recovered: the result was not finite and was replaced by the state before, at rest.
     """
 
@@ -48,7 +57,10 @@ class StepReport:
     wind_capped: bool = False
     teleported: tuple[str, ...] = ()
     slowed: tuple[str, ...] = ()
+    taut: tuple[str, ...] = ()
+    slipped: tuple[str, ...] = ()
     empty: tuple[str, ...] = ()
+    restrained: int = 0
     recovered: bool = False
 
 
@@ -82,11 +94,13 @@ class ClothSolver:
         if len(massless):
             raise MeshError(f"vertices {massless[:8].tolist()} have no mass: they belong to no triangle")
         kind = BY_NAME[self.config.integrator]
-        self.substeps = self.config.substeps or kind.substeps
+        self.substeps = self.config.substeps or kind.substeps(self.config)
         self.sweeps = self.config.stretch_sweeps or kind.stretch_sweeps
         self._pinned = np.zeros(0, dtype=np.int32)
         self._model: Model | None = None
         self._flow = np.zeros((mesh.vertex_count, 3))
+        self._reach = Reach(mesh, self.material.stretch_limit)
+        self._restraint = Restraint(mesh, self.material, self.config.max_grasp_force)
 
     @property
     def pinned(self) -> np.ndarray:
@@ -95,7 +109,7 @@ class ClothSolver:
 
     @property
     def representation(self) -> str:
-        """How W is stored: dense, cholespy or superlu."""
+        """How W is stored: dense or sparse."""
         return self._prepared().representation
 
     def pin(self, vertices: Sequence[int] | np.ndarray) -> None:
@@ -150,58 +164,71 @@ class ClothSolver:
         self._check(state, inputs, sweeps)
         model = self._prepared()
         grips = update_grips(state.grips, inputs.grasps, state.position, self._pinned)
-        followed = {name: followed_pose(grip, inputs.grasps[name], self.config) for name, grip in grips.items()}
-        held = self._hold(model, grips)
+        empty = tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip))
+        followed = follow(grips, inputs.grasps, self.config, self._reach, state.position, self._pinned)
+        hands = Hands(followed, inputs.grasps, self.config, self.substeps)
+        held = self._hold(model, followed.grips)
         after = {**state.obstacles, **inputs.obstacles}
         teleported = model.contacts.begin_step(state.obstacles, after)
         capped = flow_at(state.position, inputs.wind, state.time, self.config.max_wind_speed, self._flow)
 
         integrator = self._integrator
+        integrator.begin(state.history)
         position, velocity = state.position, state.velocity
         done: list[int] = []
         excess, late = 0.0, False
+        restrained = np.zeros(len(position), dtype=bool)
         for number in range(self.substeps):
             share = (number + 1) / self.substeps
             late = late or (out_of_time is not None and number > 0 and out_of_time())
             allowed = sweeps[number] if sweeps is not None else 1 if late else self.sweeps
-            target = self._targets(state.position, held, grips, followed, share)
+            target = hands.targets(number, held, state.position)
             model.contacts.begin_substep(share)
             given = Substep(
-                h=self.config.dt / self.substeps,
+                h=model.h,
+                number=number,
                 held=held,
                 target=target,
                 flow=self._flow,
                 gravity=np.array(inputs.gravity),
                 sweeps=allowed,
             )
-            position, velocity, count, excess = integrator.advance(position, velocity, given)
+            start = position
+            position, velocity, count, excess = integrator.advance(start, velocity, given)
             done.append(count)
+            if integrator.restrained:
+                stopped = self._restraint.apply(start, position, velocity, model.h, model.contacts.touched)
+                integrator.restart(stopped)
+                hands.hold_back(stopped, start, position)
+                restrained[stopped] = True
 
+        grips_after, slipped = hands.end()
         recovered = not (np.isfinite(position).all() and np.isfinite(velocity).all())
         if recovered:
             position, velocity = state.position.copy(), np.zeros_like(state.velocity)
-        mesh = self.mesh
         self.report = StepReport(
             sweeps=tuple(done),
             residual=excess,
-            max_stretch=springs.largest_stretch(position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited),
-            contacts=model.contacts.touching,
-            held=len(held),
             out_of_time=late,
             wind_capped=capped,
             teleported=tuple(teleported),
-            slowed=tuple(name for name in grips if followed[name] != inputs.grasps[name].pose),
-            empty=tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip)),
+            slowed=followed.slowed,
+            taut=followed.taut,
+            slipped=slipped,
+            empty=empty,
+            restrained=int(restrained.sum()),
             recovered=recovered,
+            held=len(held),
+            **self._measured(position),
         )
-        index = state.step_index + 1
         return State(
             position=position,
             velocity=velocity,
-            step_index=index,
+            step_index=state.step_index + 1,
             time=state.time + self.config.dt,
-            grips={name: Grip(followed[name], g.closed, g.vertex, g.offset) for name, g in grips.items()},
+            grips=grips_after,
             obstacles=after,
+            history={} if recovered else integrator.end(),
         )
 
     def snapshot(self, state: State) -> dict[str, np.ndarray]:
@@ -225,8 +252,9 @@ class ClothSolver:
     def _prepared(self) -> Model:
         if self._model is None:
             h = self.config.dt / self.substeps
+            check_stiffness(self.mesh, self.material, h)
             self._model = Model(self.mesh, self.material, self.config, self.obstacles, h=h, pinned=self._pinned)
-            self._integrator = BY_NAME[self.config.integrator](self._model)
+            self._integrator = BY_NAME[self.config.integrator](self._model, self.substeps)
             self._model.hold(np.zeros(0, np.int32), self._pinned)
         return self._model
 
@@ -254,23 +282,14 @@ class ClothSolver:
         held = np.union1d(self._pinned, grasped)
         if not np.array_equal(grasped, model.grasped):
             model.hold(grasped, held)
+        self._restraint.hold((grip.vertex for grip in grips.values()), self._pinned)
         return held
 
-    def _targets(
-        self,
-        position: np.ndarray,
-        held: np.ndarray,
-        grips: Mapping[str, Grip],
-        followed: Mapping[str, Pose],
-        share: float,
-    ) -> np.ndarray:
-        """(len(held), 3) m: pinned vertices stay, grasped ones ride in their gripper's frame."""
-        target = position[held]
-        for name, grip in grips.items():
-            if len(grip.vertex):
-                pose = grip.pose.toward(followed[name], share)
-                target[np.searchsorted(held, grip.vertex)] = pose.apply(grip.offset)
-        return target
+    def _measured(self, position: np.ndarray) -> dict[str, Any]:
+        """What the report says of the cloth at the end."""
+        mesh = self.mesh
+        longest = springs.largest_stretch(position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited)
+        return dict(max_stretch=longest, contacts=self._prepared().contacts.touching)
 
 
 def _closed_on_nothing(before: Grip | None, now: Grip) -> bool:

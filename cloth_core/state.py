@@ -36,6 +36,8 @@ class State:
         time: s of simulated time.
         grips: by name of the grasp.
         obstacles: poses of the obstacles, by name.
+        history: what the integrator remembers of the last substep, by name; empty means that it starts afresh,
+            as after an edit.
     """
 
     position: np.ndarray
@@ -44,6 +46,7 @@ class State:
     time: float = 0.0
     grips: Mapping[str, Grip] = field(default_factory=dict)
     obstacles: Mapping[str, Pose] = field(default_factory=dict)
+    history: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def held(self) -> np.ndarray:
@@ -62,9 +65,11 @@ class State:
             "step_index": self.step_index,
             "time": self.time,
             "obstacles": {name: pose_as_list(pose) for name, pose in self.obstacles.items()},
+            "history": list(self.history),
             "grips": {name: [pose_as_list(grip.pose), grip.closed] for name, grip in self.grips.items()},
         }
         arrays = {"position": self.position, "velocity": self.velocity}
+        arrays.update({f"history/{name}": array for name, array in self.history.items()})
         for name, grip in self.grips.items():
             arrays[f"grip_vertex/{name}"] = grip.vertex
             arrays[f"grip_offset/{name}"] = grip.offset
@@ -86,4 +91,5 @@ class State:
             time=rest["time"],
             grips=grips,
             obstacles={name: pose_from_list(pose) for name, pose in rest["obstacles"].items()},
+            history={name: np.array(arrays[f"history/{name}"]) for name in rest.get("history", ())},
         )

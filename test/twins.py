@@ -26,16 +26,30 @@ def spring_forces(x, v, spring_vertex, rest, k, dt):
     return force
 
 
-def rest_length_pull(x, spring_vertex, rest, k, scale):
-    """Local step of local/global: A^T p with p the rest length along each spring's direction."""
-    pull = np.zeros_like(x)
-    for (i, j), length0, stiffness in zip(spring_vertex, rest, k, strict=True):
-        along = x[i] - x[j]
-        if np.any(along):
-            p = length0 * along / np.linalg.norm(along)
-            pull[i] += scale * stiffness * p
-            pull[j] -= scale * stiffness * p
-    return pull
+def elastic_forces(x, start, spring_vertex, rest, k, tension, viscosity):
+    """Each spring pulls its two ends together along itself: elastic, limit's tension, viscous in what it gained."""
+    force = np.zeros_like(x)
+    for s, (i, j) in enumerate(spring_vertex):
+        length = np.linalg.norm(x[j] - x[i])
+        if length == 0.0:
+            continue
+        axis = (x[j] - x[i]) / length
+        gained = axis @ ((x[j] - x[i]) - (start[j] - start[i]))
+        pull = k[s] * (length - rest[s]) + tension[s] + viscosity * k[s] * gained
+        force[i] += pull * axis
+        force[j] -= pull * axis
+    return force
+
+
+def carried(x, limited, spring_vertex, longest, k, strongest, kept, tension):
+    """New tensions: those of limited springs fade and grow by k times the excess, within 0 and the strongest."""
+    after = tension.copy()
+    for n, s in enumerate(limited):
+        i, j = spring_vertex[s]
+        excess = np.linalg.norm(x[j] - x[i]) - longest[n]
+        if excess > 0.0 or tension[s] > 0.0:
+            after[s] = np.clip(kept * tension[s] + k[s] * excess, 0.0, strongest[n])
+    return after
 
 
 def shorten(x, spring_vertex, longest, inverse_mass, backward):
@@ -143,6 +157,25 @@ def rigid_correction(x, inertial, moved, mass, members):
     )
     field = np.zeros_like(x)
     field[members] = m @ error / m.sum() + np.cross(turn, r)
+    return field
+
+
+def hanging_correction(x, inertial, moved, mass, members, held):
+    """As :func:`rigid_correction` for a part with ``held`` vertices: a turn about the point or line they leave free."""
+    field, arms = np.zeros_like(x), x[held] - x[held[0]]
+    line = arms[np.argmax(np.linalg.norm(arms, axis=1))]
+    if np.any(np.linalg.norm(np.cross(arms, line), axis=1) > 1e-6 * (line @ line)):
+        return field
+    m, r, error = mass[members], x[members] - x[held[0]], (inertial - moved)[members]
+    twist = sum(mi * np.cross(ri, ei) for mi, ri, ei in zip(m, r, error, strict=True))
+    if np.any(line):
+        axis = line / np.linalg.norm(line)
+        turn = axis * (axis @ twist) / (m @ np.sum(np.cross(axis, r) ** 2, axis=1))
+    else:
+        inertia = sum(mi * (ri @ ri * np.eye(3) - np.outer(ri, ri)) for mi, ri in zip(m, r, strict=True))
+        turn = np.linalg.solve(inertia, twist)
+    field[members] = np.cross(turn, r)
+    field[held] = 0.0
     return field
 
 
@@ -255,26 +288,62 @@ def meyer_step(x, v, mass, spring_vertex, rest, k, bending, lasting, outer_force
     return moved, (moved - x) / dt
 
 
-def local_global_step(x, v, mass, spring_vertex, rest, k, bending, lasting, outer_force, h, held, target, iterations):
-    """One substep, dense; (new x, new v): bending from the inertial prediction, then local/global. No limit."""
-    count = len(x)
-    laplacian = np.zeros((count, count))
+# ---------------------------------------------------------------- the midpoint rule
+
+
+def reduced_solve(a, right, held, values):
+    """x of a x = right with the ``held`` rows at ``values``: those rows and columns eliminated, dense."""
+    free = np.setdiff1d(np.arange(len(a)), held)
+    x = np.zeros_like(right)
+    x[held] = values
+    x[free] = np.linalg.solve(a[np.ix_(free, free)], right[free] - a[np.ix_(free, held)] @ values)
+    return x
+
+
+def balanced(x, inertial, moved, mass, held):
+    """``moved`` with the momenta of ``inertial`` that nothing outside may change. One connected cloth."""
+    everyone = np.arange(len(x))
+    if len(held) == 0:
+        return moved + rigid_correction(x, inertial, moved, mass, everyone)
+    return moved + hanging_correction(x, inertial, moved, mass, everyone, held)
+
+
+def bent(x, v, mass, bending, lasting, time, held, lag=0.0):
+    """Velocity after ``time`` s of bending viscosity, and the mean acceleration by bending over that time."""
+    m = np.diag(mass)
+    damped = reduced_solve(m + time * lasting * bending, mass[:, None] * v, held, v[held])
+    damped = balanced(x, v, damped, mass, held)
+    ahead = x + time * (damped + lag)
+    kick = reduced_solve(m + time**2 * bending, -time * bending @ ahead, held, np.zeros((len(held), 3)))
+    return damped, balanced(x, np.zeros_like(x), kick, mass, held) / time
+
+
+def midpoint_step(
+    x, v, lag, mass, spring_vertex, rest, k, stretch_lasting, bending, bend_lasting, gravity, h, held, iterations
+):
+    """One substep of x' = x + h (V + V') / 2, V' = V + h a(middle) with V = v + lag; (new x, new v, new lag).
+
+    Held vertices stay; no stretch limit. The middle z solves M (z - y) = h^2 / 4 f(z), y the inertial middle. Each
+    iteration replaces f by its value plus (1 + viscosity) times the constant Hessian L of springs without rest length.
+    """
+    v, bending_acceleration = bent(x, v, mass, bending, bend_lasting, h, held, lag)
+    laplacian = np.zeros((len(x), len(x)))
     for (i, j), stiffness in zip(spring_vertex, k, strict=True):
-        e = np.zeros(count)
+        e = np.zeros(len(x))
         e[i], e[j] = 1.0, -1.0
         laplacian += stiffness * np.outer(e, e)
-    a = np.diag(mass) + h * h * laplacian
-    b = np.diag(mass) + h * (h + lasting) * bending
-    inertial = x + h * v + h * h * outer_force / mass[:, None]
-    free = np.setdiff1d(np.arange(count), held)
-    bent = inertial.copy()
-    bent[held] = target
-    right = mass[:, None] * inertial + h * lasting * bending @ x
-    bent[free] = np.linalg.solve(b[np.ix_(free, free)], right[free] - b[np.ix_(free, held)] @ target)
-    moved = bent.copy()
+    viscosity = stretch_lasting / (h / 2)  # what was gained since the start was gained in h / 2
+    quarter, hessian = h * h / 4, (1 + viscosity) * laplacian
+    inertial = x + h / 2 * (v + lag) + quarter * (gravity + bending_acceleration)
+    inertial[held] = x[held]
+    z = inertial
     for _ in range(iterations):
-        right = mass[:, None] * bent + h * h * rest_length_pull(moved, spring_vertex, rest, k, 1.0)
-        moved[free] = np.linalg.solve(a[np.ix_(free, free)], right[free] - a[np.ix_(free, held)] @ target)
-    if len(held) == 0:
-        moved = moved + rigid_correction(x, inertial, moved, mass, np.arange(count))
-    return moved, (moved - x) / h
+        force = elastic_forces(z, x, spring_vertex, rest, k, np.zeros(len(k)), viscosity)
+        right = mass[:, None] * inertial + quarter * (force + hessian @ z)
+        z = reduced_solve(np.diag(mass) + quarter * hessian, right, held, x[held])
+    z = balanced(z, inertial, z, mass, held)
+    end = 2 * z - x
+    ahead = 2 * (end - x) / h - (v + lag)  # V', since the mean of V and V' is the displacement over h
+    ahead[held] = 0.0
+    velocity = (end - x) / h
+    return end, velocity, ahead - velocity

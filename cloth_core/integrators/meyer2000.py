@@ -9,8 +9,11 @@ velocity it would attenuate is overwritten.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
 from cloth_core.kernels import springs, surface
 
@@ -18,12 +21,27 @@ from cloth_core.kernels import springs, surface
 class Meyer2000:
     """The paper's integrator: ``substeps`` 1, one product with W, ``stretch_sweeps`` 20."""
 
-    substeps, iterations, stretch_sweeps = 1, 1, 20
+    iterations, stretch_sweeps = 1, 20
+    restrained = False
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, substeps: int) -> None:
         self.model = model
-        self.filter = model.filter_by(model.stretch + model.viscous_bending)
+        # Bending viscosity has a constant matrix too: inside W it is stable whatever its size.
+        viscous_bending = (1.0 + model.material.bend_damping / model.h) * model.bending
+        self.filter = model.filter_by(model.stretch + viscous_bending, model.h * model.h)
         self._force = np.empty_like(model.mesh.rest_position)
+
+    @staticmethod
+    def substeps(config: SolverConfig) -> int:
+        """Substeps in a step if the configuration leaves the choice."""
+        return 1
+
+    def begin(self, history: Mapping[str, np.ndarray]) -> None:
+        """The paper's step remembers nothing."""
+
+    def end(self) -> dict[str, np.ndarray]:
+        """Nothing."""
+        return {}
 
     def advance(
         self, position: np.ndarray, velocity: np.ndarray, substep: Substep
@@ -38,10 +56,10 @@ class Meyer2000:
         force = self.internal_forces(position, velocity, dt) + outer
         moved = position + dt * self.filtered_velocity(force, position, velocity, substep)
         inertial = position + dt * velocity + dt * dt * outer / model.mass[:, None]
-        model.balance.correct(position, inertial, moved, substep.held)
+        model.balance.correct(position, inertial, moved, substep.held, hanging=False)
         moved[substep.held] = substep.target
         sweeps, excess = model.limit_stretch_in_contact(position, moved, substep)
-        return moved, model.final_velocity(position, velocity, moved, substep), sweeps, excess
+        return moved, model.settle(position, velocity, moved, substep), sweeps, excess
 
     def internal_forces(self, position: np.ndarray, velocity: np.ndarray, dt: float) -> np.ndarray:
         """Springs, bending, and the artificial viscosity dt H v that implicit integration amounts to, (V, 3) N."""
@@ -50,7 +68,7 @@ class Meyer2000:
         springs.add_spring_forces(
             position, velocity, mesh.spring_vertex, mesh.spring_rest, self.model.spring_stiffness, dt, self._force
         )
-        if material.bend > 0.0 and len(mesh.hinge_vertex):
+        if self.model.bends:
             lasting = dt + material.bend_damping
             springs.add_hinge_forces(
                 position, velocity, mesh.hinge_vertex, mesh.hinge_weight, material.bend, lasting, self._force

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from cloth_core.config import SolverConfig
-from cloth_core.kernels import surface
+from cloth_core.kernels import midpoint, surface
 from cloth_core.linear import ImplicitFilter, bending_matrix, stretch_matrix
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -32,12 +32,14 @@ class Substep:
         h: s.
         held: vertices that are pinned or grasped, sorted.
         target: (len(held), 3) m, where they shall be at the end.
+        number: of the substep within its step, from 0.
         flow: (V, 3) m/s, velocity of the air.
         gravity: (3,) m/s^2.
         sweeps: most passes over stretch limit and contacts.
     """
 
     h: float
+    number: int
     held: np.ndarray
     target: np.ndarray
     flow: np.ndarray
@@ -63,9 +65,9 @@ class Model:
         self.spring_stiffness = mesh.spring_stiffness(material)
         self.stretch = stretch_matrix(mesh, material)
         self.bending = bending_matrix(mesh, material)
-        # Bending viscosity has a constant matrix too: inside W it is stable whatever its size.
-        self.viscous_bending = (1.0 + material.bend_damping / h) * self.bending
-        self._h, self._pinned, self._filters = h, pinned, []
+        self.bends = material.bend > 0.0 and len(mesh.hinge_vertex) > 0
+        self.h = h
+        self._pinned, self._filters = pinned, []
         self.balance = MomentumBalance(mesh, self.mass)
         self.limit = StretchLimit(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
@@ -73,9 +75,12 @@ class Model:
         self.free = np.ones(mesh.vertex_count, dtype=np.bool_)
         self._area_vector = np.empty((mesh.vertex_count, 3))
 
-    def filter_by(self, stiffness: csr_matrix) -> ImplicitFilter:
-        """W for one constant ``stiffness`` (V, V) N/m; it follows what is held from now on."""
-        made = ImplicitFilter(self.mass, stiffness, self._h, pinned=self._pinned, dense_limit=self.config.dense_limit)
+    def filter_by(self, stiffness: csr_matrix, scale: float) -> ImplicitFilter:
+        """(M + scale K)^-1 for a constant ``stiffness`` (V, V) N/m; it follows what is held from now on."""
+        made = ImplicitFilter(
+            self.mass, stiffness, scale,
+            place=self.mesh.rest_position, pinned=self._pinned, dense_limit=self.config.dense_limit,
+        )  # fmt: skip
         self._filters.append(made)
         return made
 
@@ -117,12 +122,14 @@ class Model:
                 break
         return sweep, excess
 
-    def final_velocity(
+    def settle(
         self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep
     ) -> np.ndarray:
-        """(V, 3) m/s: the displacement over the substep, damped, with impacts."""
-        new_velocity = (position - start) * (math.exp(-self.material.damping * substep.h) / substep.h)
-        new_velocity[substep.held] = (position[substep.held] - start[substep.held]) / substep.h
+        """(V, 3) m/s, the velocity that a substep ends with: its displacement over h, damped, with impacts."""
+        settled = np.empty_like(velocity)
+        scale = math.exp(-self.material.damping * substep.h) / substep.h
+        midpoint.displacement_velocity(start, position, scale, settled)
+        settled[substep.held] = (position[substep.held] - start[substep.held]) / substep.h
         rest_speed = 3.0 * substep.h * float(np.linalg.norm(substep.gravity))
-        self.contacts.settle_velocity(new_velocity, velocity, position, substep.h, rest_speed)
-        return new_velocity
+        self.contacts.settle_velocity(settled, velocity, position, substep.h, rest_speed)
+        return settled

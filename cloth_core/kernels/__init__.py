@@ -42,10 +42,21 @@ def cache_folder() -> Path:
 
 def kernel(function: _Function) -> _Function:
     """Compile ``function`` with numba on its first call, cached on disk."""
+    return _compiled(function, fastmath=False)
+
+
+def lane_kernel(function: _Function) -> _Function:
+    """As :func:`kernel`, but sums may run in vector lanes and products be fused into them.
+
+    For dense inner loops that test for no NaN: what is not finite stays so.
+    """
+    return _compiled(function, fastmath={"contract", "reassoc", "nsz"})
+
+
+def _compiled(function: _Function, **options: Any) -> _Function:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())
     try:
-        options: dict[str, Any] = dict(cache=True, nogil=True, fastmath=False, error_model="numpy")
-        return numba.njit(**options)(function)
+        return numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
     finally:
         numba.config.CACHE_DIR = before

@@ -29,6 +29,20 @@ def transposed_product(matrix, right_side):
 
 
 @kernel
+def product(matrix, right_side):
+    """``matrix @ right_side`` for a C-ordered (K, N) and an (N, M)."""
+    result = np.zeros((matrix.shape[0], right_side.shape[1]))
+    for k in range(matrix.shape[0]):
+        row = matrix[k]
+        for c in range(right_side.shape[1]):
+            total = 0.0
+            for i in range(row.shape[0]):
+                total += row[i] * right_side[i, c]
+            result[k, c] = total
+    return result
+
+
+@kernel
 def cholesky(matrix):
     """(K, K) whose upper triangle U satisfies U.T @ U = ``matrix``, symmetric positive definite; ignore the rest."""
     upper = matrix.copy()

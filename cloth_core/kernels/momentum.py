@@ -71,6 +71,37 @@ def moments(position, error, mass, component, chosen, count):
 
 
 @kernel
+def moments_about(position, error, mass, component, center, chosen):
+    """As :func:`moments`, about a given ``center`` (C, 3) m: inertia (C, 3, 3) kg m^2, angular error (C, 3) kg m^2."""
+    spread = np.zeros((center.shape[0], 6))
+    twist = np.zeros_like(center)
+    for v in range(position.shape[0]):
+        c = component[v]
+        if not chosen[c]:
+            continue
+        m = mass[v]
+        x, y, z = position[v, 0] - center[c, 0], position[v, 1] - center[c, 1], position[v, 2] - center[c, 2]
+        ex, ey, ez = error[v, 0], error[v, 1], error[v, 2]
+        spread[c, 0] += m * x * x
+        spread[c, 1] += m * y * y
+        spread[c, 2] += m * z * z
+        spread[c, 3] += m * x * y
+        spread[c, 4] += m * x * z
+        spread[c, 5] += m * y * z
+        twist[c, 0] += m * (y * ez - z * ey)
+        twist[c, 1] += m * (z * ex - x * ez)
+        twist[c, 2] += m * (x * ey - y * ex)
+    inertia = np.zeros((center.shape[0], 3, 3))
+    for c in range(center.shape[0]):
+        xx, yy, zz, xy, xz, yz = spread[c]
+        inertia[c, 0, 0], inertia[c, 1, 1], inertia[c, 2, 2] = yy + zz, xx + zz, xx + yy
+        inertia[c, 0, 1] = inertia[c, 1, 0] = -xy
+        inertia[c, 0, 2] = inertia[c, 2, 0] = -xz
+        inertia[c, 1, 2] = inertia[c, 2, 1] = -yz
+    return inertia, twist
+
+
+@kernel
 def rigid_motion(total, drift, inertia, twist):
     """The shift (C, 3) m and turn (C, 3) rad of rigid bodies that carry these moments; none for bodies without mass.
 

@@ -37,26 +37,60 @@ def add_spring_forces(position, velocity, spring_vertex, rest, stiffness, viscos
 
 
 @kernel
-def add_rest_lengths(position, spring_vertex, rest, stiffness, scale, right_side):
-    """Add ``scale * k * rest length * direction`` of every spring to ``right_side`` (V, 3).
+def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
+    """Add ``scale`` s^2 times the force of every spring to ``right_side`` (V, 3) kg m.
 
-    The local step of local/global: each spring wishes for its rest length along its present direction.
+    A spring pulls with stiffness * (length - rest), plus the ``tension`` (S,) N of its stretch limit, plus
+    stiffness * ``viscosity`` times what it lengthened since ``start`` along its own direction: a rigid
+    rotation is not damped.
     """
     for s in range(spring_vertex.shape[0]):
         i = spring_vertex[s, 0]
         j = spring_vertex[s, 1]
-        dx = position[i, 0] - position[j, 0]
-        dy = position[i, 1] - position[j, 1]
-        dz = position[i, 2] - position[j, 2]
-        length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        if length > 0.0:
-            c = scale * stiffness[s] * rest[s] / length
-            right_side[i, 0] += c * dx
-            right_side[i, 1] += c * dy
-            right_side[i, 2] += c * dz
-            right_side[j, 0] -= c * dx
-            right_side[j, 1] -= c * dy
-            right_side[j, 2] -= c * dz
+        dx = position[j, 0] - position[i, 0]
+        dy = position[j, 1] - position[i, 1]
+        dz = position[j, 2] - position[i, 2]
+        square = dx * dx + dy * dy + dz * dz
+        if square == 0.0:
+            continue
+        length = math.sqrt(square)
+        gain = (
+            dx * (dx - start[j, 0] + start[i, 0])
+            + dy * (dy - start[j, 1] + start[i, 1])
+            + dz * (dz - start[j, 2] + start[i, 2])
+        )
+        k = stiffness[s]
+        c = scale * ((k * (length - rest[s]) + tension[s]) / length + k * viscosity * gain / square)
+        dx *= c
+        dy *= c
+        dz *= c
+        right_side[i, 0] += dx
+        right_side[i, 1] += dy
+        right_side[i, 2] += dz
+        right_side[j, 0] -= dx
+        right_side[j, 1] -= dy
+        right_side[j, 2] -= dz
+
+
+@kernel
+def carry_limit(position, limited, spring_vertex, longest, stiffness, strongest, kept, tension):
+    """Let the ``limited`` (L,) springs carry by ``tension`` (S,) N what keeps them at ``longest`` (L,) m.
+
+    A multiplier of the augmented Lagrangian: the share ``kept`` of what it was, plus stiffness * (length -
+    longest), never below zero, never above ``strongest`` (L,) N.
+    """
+    for n in range(limited.shape[0]):
+        s = limited[n]
+        i = spring_vertex[s, 0]
+        j = spring_vertex[s, 1]
+        dx = position[j, 0] - position[i, 0]
+        dy = position[j, 1] - position[i, 1]
+        dz = position[j, 2] - position[i, 2]
+        square = dx * dx + dy * dy + dz * dz
+        most = longest[n]
+        if square > most * most or tension[s] > 0.0:
+            carried = kept * tension[s] + stiffness[s] * (math.sqrt(square) - most)
+            tension[s] = min(max(carried, 0.0), strongest[n])
 
 
 @kernel
@@ -143,13 +177,3 @@ def add_hinge_forces(position, velocity, hinge_vertex, hinge_weight, bend, visco
                 curl += hinge_weight[e, n] * (position[v, a] + viscosity_time * velocity[v, a])
             for n in range(4):
                 force[hinge_vertex[e, n], a] -= bend * curl * hinge_weight[e, n]
-
-
-@kernel
-def drift(position, velocity, force, mass, gravity, h, moved):
-    """Where inertia, ``force`` (V, 3) N and ``gravity`` m/s^2 alone lead within ``h`` s, into ``moved`` (V, 3) m."""
-    for v in range(position.shape[0]):
-        scale = h * h / mass[v]
-        for a in range(3):
-            way = h * velocity[v, a] + scale * force[v, a] + h * h * gravity[a]
-            moved[v, a] = position[v, a] + way

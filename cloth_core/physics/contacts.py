@@ -111,6 +111,11 @@ class Contacts:
         """Pairs that were pushed in this substep."""
         return int(np.count_nonzero(self._pushed[: self._pairs]))
 
+    @property
+    def touched(self) -> np.ndarray:
+        """Vertices that were pushed in this substep."""
+        return self._pair_vertex[: self._pairs][self._pushed[: self._pairs] > 0.0]
+
     def push_out(self, position: np.ndarray) -> float:
         """Bring what is too deep back to the shell, in place; returns the farthest push in m."""
         n = self._pairs

@@ -43,11 +43,12 @@ def update_grips(
 
 def followed_pose(grip: Grip, grasp: Grasp, config: SolverConfig) -> Pose:
     """Where the grip shall be at the end of the step: at the grasp, or as far toward it as the speed limits let."""
-    if len(grip.vertex) == 0:
-        return grasp.pose
-    way = float(np.linalg.norm(np.subtract(grasp.pose.position, grip.pose.position)))
-    turn = float(np.linalg.norm(grip.pose.rotation_vector_to(grasp.pose)))
-    share = min(
-        1.0, config.max_grasp_speed * config.dt / max(way, 1e-12), config.max_grasp_turn * config.dt / max(turn, 1e-12)
-    )
-    return grip.pose.toward(grasp.pose, share)
+    return toward(grip.pose, grasp.pose, config.dt, config) if len(grip.vertex) else grasp.pose
+
+
+def toward(start: Pose, goal: Pose, time: float, config: SolverConfig, share: float = 1.0) -> Pose:
+    """The pose a ``share`` of the way from ``start`` to ``goal``, or less if it takes more than ``time`` s."""
+    way = float(np.linalg.norm(np.subtract(goal.position, start.position)))
+    turn = float(np.linalg.norm(start.rotation_vector_to(goal)))
+    fastest = min(config.max_grasp_speed * time / max(way, 1e-12), config.max_grasp_turn * time / max(turn, 1e-12))
+    return start.toward(goal, min(share, fastest))

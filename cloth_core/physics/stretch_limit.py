@@ -8,14 +8,23 @@ from cloth_core.kernels import springs as kernels
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 
+FADE = 0.97
+"""Share of a limit's tension that the next substep starts with. A tension that only ever adds up lags behind what it
+limits by a quarter of a period, and so pumps energy into what swings."""
+
 
 class StretchLimit:
     """Shortens overlong springs in place, in a fixed order that alternates so that corrections cross the cloth."""
 
     def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
-        chosen = mesh.spring_limited
-        self._vertex = np.ascontiguousarray(mesh.spring_vertex[chosen])
-        self._longest = np.ascontiguousarray(mesh.spring_rest[chosen] * material.stretch_limit)
+        self._mesh = mesh
+        self._limited = np.flatnonzero(mesh.spring_limited)
+        self._vertex = np.ascontiguousarray(mesh.spring_vertex[self._limited])
+        rest = mesh.spring_rest[self._limited]
+        self._longest = rest * material.stretch_limit
+        self._stiffness = mesh.spring_stiffness(material)
+        # As much again as the spring would pull with at twice its length: more would outweigh W.
+        self._strongest = self._stiffness[self._limited] * rest
         self._free_inverse_mass = 1.0 / mass
         self.hold(np.zeros(0, dtype=np.int32))
 
@@ -23,6 +32,17 @@ class StretchLimit:
         """From now on these vertices stay and the other end moves all the way."""
         self._inverse_mass = self._free_inverse_mass.copy()
         self._inverse_mass[held] = 0.0
+
+    def carry(self, position: np.ndarray, tension: np.ndarray) -> None:
+        """Update the ``tension`` (S,) N by which threads at their limit pull beyond their stiffness, in place.
+
+        Sweeps are local: what hangs on a few threads, they would have to lift anew in every substep, and they
+        fall behind. What lasts is therefore carried by forces that W spreads over the cloth.
+        """
+        kernels.carry_limit(
+            position, self._limited, self._mesh.spring_vertex, self._longest,
+            self._stiffness, self._strongest, FADE, tension,
+        )  # fmt: skip
 
     def sweep(self, position: np.ndarray, number: int) -> float:
         """One pass over ``position`` (V, 3); odd numbers run backwards. Returns the worst excess it met (a ratio)."""

@@ -39,7 +39,7 @@ def catenary(integrator: str) -> Measurement:
     length, span, columns = 1.2, 1.0, 41
     mesh = ClothMesh.grid(width=length, height=0.06, columns=columns, rows=2)
     # The paper's viscosity is k dt: it creeps to rest within a few seconds only if dt is small.
-    config = fine(integrator, iterations=20) if integrator == "implicit_euler" else fine(integrator, substeps=40)
+    config = fine(integrator, iterations=20) if integrator == "implicit_midpoint" else fine(integrator, substeps=40)
     solver = ClothSolver(mesh, Material(bend=0.0, damping=4.0, shear=10.0, stretch_limit=UNLIMITED), config)
     solver.pin(np.concatenate([mesh.group("left"), mesh.group("right")]))
     start = solver.initial_state()
@@ -47,7 +47,7 @@ def catenary(integrator: str) -> Measurement:
     depth = 0.5 * math.sqrt(length**2 - span**2)
     start.position[:, 0] = span * along
     start.position[:, 2] = depth * (2 * np.abs(along) - 1)
-    hung = last(solver, start, Inputs(), 4.0 if integrator == "implicit_euler" else 16.0)
+    hung = last(solver, start, Inputs(), 4.0 if integrator == "implicit_midpoint" else 16.0)
     a = brentq(lambda a: 2 * a * math.sinh(span / (2 * a)) - length, 0.2, 10.0)
     return Measurement(a * (math.cosh(span / (2 * a)) - 1), float(-hung.position[:, 2].min()), 0.004, "m")
 
@@ -67,7 +67,8 @@ def wind_angle(integrator: str) -> Measurement:
     low = blown.position[mesh.rest_position[:, 2] < -0.99 * length].mean(axis=0)
     material = solver.material
     expected = 0.5 * 1.2 * material.drag * speed**2 / (material.areal_density * GRAVITY)
-    return Measurement(expected, float(low[0] / -low[2]), 0.003)
+    # The paper's step creeps to rest, and is not quite there yet.
+    return Measurement(expected, float(low[0] / -low[2]), 0.003 if integrator == "meyer2000" else 1e-6)
 
 
 def terminal_speed(integrator: str) -> Measurement:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-INTEGRATORS = ("implicit_euler", "meyer2000")
+INTEGRATORS = ("implicit_midpoint", "meyer2000")
 # For what does not depend on the integrator: areas, masses, energies.
 GEOMETRY = ("-",)
 

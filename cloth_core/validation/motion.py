@@ -31,16 +31,17 @@ OVERDAMPED = "its viscosity k dt (v_j - v_i) resists turning as well as stretchi
 
 
 def free_fall(integrator: str) -> Measurement:
-    """In n substeps of h the cloth falls by g h^2 n (n + 1) / 2.
+    """In a time t the cloth falls by g t^2 / 2, or g h^2 n (n + 1) / 2 in n steps of the paper.
 
-    That is what symplectic and backward Euler give for a constant g. The vertex measured is the farthest off.
+    The midpoint rule is exact for a constant g; the paper's step takes up the speed before it moves, and falls
+    further by g t h / 2. The vertex measured is the farthest off.
     """
     mesh = ClothMesh.grid(width=1.0, height=1.0, columns=9, rows=9)
     solver = ClothSolver(mesh, Material(), SolverConfig(integrator=integrator, air_density=0.0))
     start = solver.initial_state()
     drop = last(solver, start, Inputs(), 1.0).position[:, 2] - start.position[:, 2]
     n = 50 * solver.substeps
-    expected = -GRAVITY * (1.0 / n) ** 2 * n * (n + 1) / 2
+    expected = -0.5 * GRAVITY * (1.0 + 1.0 / n if integrator == "meyer2000" else 1.0)
     return Measurement(expected, float(drop[np.argmax(np.abs(drop - expected))]), 1e-9, "m")
 
 
@@ -57,14 +58,19 @@ def linear_momentum(integrator: str) -> Measurement:
 
 
 def angular_momentum_kept(integrator: str) -> Measurement:
-    """Without external forces |L| about the centre of mass stays, here over 2 s of tumbling."""
+    """Without external forces |L| about the centre of mass stays, here over 2 s of tumbling.
+
+    The midpoint rule keeps it for its own velocity, half a substep ahead of the mean one that is read here; so the
+    bound is that of a second-order reading.
+    """
     solver, state = tumbling_sheet(integrator)
     mass = solver.mesh.vertex_mass(solver.material)
     before = angular_momentum(state, mass)
     after = [angular_momentum(s, mass) for s in states(solver, state, NO_GRAVITY, 2.0)]
     farthest = after[int(np.argmax([np.linalg.norm(a - before) for a in after]))]
     size = float(np.linalg.norm(before))
-    return Measurement(size, size + float(np.linalg.norm(farthest - before)), 1e-9, "kg m^2/s")
+    bound = 1e-9 if integrator == "meyer2000" else 1e-4
+    return Measurement(size, size + float(np.linalg.norm(farthest - before)), bound, "kg m^2/s")
 
 
 def plate_swing(integrator: str) -> Measurement:
@@ -82,14 +88,13 @@ def plate_swing(integrator: str) -> Measurement:
     bottom = flat.group("bottom")[0]
     run = [(s.time, s.position[bottom, 0]) for s in states(solver, state, Inputs(), 4.0)]
     expected = 2 * math.pi * math.sqrt(2 * length / (3 * GRAVITY)) * (1 + amplitude**2 / 16)
-    return Measurement(expected, period(*np.array(run).T), 0.005, "s")
+    return Measurement(expected, period(*np.array(run).T), 0.003, "s")
 
 
-def _strip_swing(integrator: str, mode: int) -> Measurement:
-    length, rows = 1.0, 41
+def _strip_swing(integrator: str, mode: int, *, rows: int, iterations: int, bound: float) -> Measurement:
+    length = 1.0
     mesh, top = hanging_strip(length, rows)
-    # A stiff strip needs the iterations: with one, slow modes feel part of the springs as inertia.
-    solver = ClothSolver(mesh, Material(bend=0.0, stretch_limit=UNLIMITED), fine(integrator, iterations=20))
+    solver = ClothSolver(mesh, Material(bend=0.0, stretch_limit=UNLIMITED), fine(integrator, iterations=iterations))
     solver.pin(top)
     zero = jn_zeros(0, mode)[-1]
     start = solver.initial_state()
@@ -99,7 +104,7 @@ def _strip_swing(integrator: str, mode: int) -> Measurement:
     weight = solver.mesh.vertex_mass(solver.material) * shape
     run = [(s.time, weight @ s.position[:, 0]) for s in states(solver, start, Inputs(), 6.0 / mode)]
     expected = 2 * math.pi / (0.5 * zero * math.sqrt(GRAVITY / length))
-    return Measurement(expected, period(*np.array(run).T), 0.003, "s")
+    return Measurement(expected, period(*np.array(run).T), bound, "s")
 
 
 def strip_swing_1(integrator: str) -> Measurement:
@@ -107,12 +112,16 @@ def strip_swing_1(integrator: str) -> Measurement:
 
     The hanging chain of Daniel Bernoulli; started in the shape of the mode, read as the mode's coordinate.
     """
-    return _strip_swing(integrator, 1)
+    return _strip_swing(integrator, 1, rows=41, iterations=20, bound=1e-3)
 
 
 def strip_swing_2(integrator: str) -> Measurement:
-    """Its second mode swings with T = 2 pi / ((z / 2) sqrt(g / L)), z = 5.5201 the second zero of J0."""
-    return _strip_swing(integrator, 2)
+    """Its second mode swings with T = 2 pi / ((z / 2) sqrt(g / L)), z = 5.5201 the second zero of J0.
+
+    W holds threads as stiff across as along, a thousand times what their tension does, and only iterations undo
+    that: each one brings the free end, where the mode is steepest, closer to the rule. Twenty leave a per cent.
+    """
+    return _strip_swing(integrator, 2, rows=61, iterations=100, bound=3e-3)
 
 
 LAWS = (

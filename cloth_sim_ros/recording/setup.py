@@ -71,7 +71,7 @@ def versions() -> dict[str, str]:
     """What bit-equality depends on beside the inputs: the machine, and the versions of what computes."""
     machine = f"{platform.system()} {platform.machine()}, {_processor()}"
     found = {"machine": machine, "python": platform.python_version()}
-    for package in ("cloth_sim_ros", "numpy", "scipy", "numba", "cholespy"):
+    for package in ("cloth_sim_ros", "numpy", "scipy", "numba"):
         try:
             found[package] = metadata.version(package)
         except metadata.PackageNotFoundError:

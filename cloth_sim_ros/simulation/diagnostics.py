@@ -99,6 +99,8 @@ def cloth(frame: Frame | None, representation: str, failures: Notices, stretch_l
         problems.append((Level.WARN, f"teleported, for it was too fast: {', '.join(report.teleported)}"))
     if report.slowed:
         problems.append((Level.WARN, f"followed late, for it was too fast: {', '.join(report.slowed)}"))
+    if report.taut:
+        problems.append((Level.WARN, f"held back, for the cloth reaches no farther: {', '.join(report.taut)}"))
     grips = frame.state.grips
     values: dict[str, object] = {
         "step": frame.step_index,
@@ -107,6 +109,7 @@ def cloth(frame: Frame | None, representation: str, failures: Notices, stretch_l
         "residual": report.residual,
         "max_stretch": f"{report.max_stretch:.4f}",
         "contacts": report.contacts,
+        "restrained_vertices": report.restrained,
         "held_vertices": report.held,
         "held_by": ", ".join(f"{name} ({len(grip.vertex)})" for name, grip in grips.items() if len(grip.vertex))
         or "nothing",

@@ -103,6 +103,9 @@ class Runner:
             where = ", ".join(f"{c:.3f}" for c in grasp.pose.position)
             nothing = f"no vertex is within its radius of {grasp.radius:g} m around ({where})"
             self._hints.say(f"grasp {name} closed on nothing", f"grasp {name} closed on nothing: {nothing}")
+        for name in frame.report.slipped:
+            beyond = f"its hand went more than {frame.inputs.grasps[name].slip_distance:g} m beyond the cloth's reach"
+            self._hints.say(f"grasp {name} slipped", f"grasp {name} lost the cloth: {beyond}; open and close it again")
 
     def _record(self, frame: Frame, stamp_ns: int) -> None:
         if self._recorder is not None:

@@ -13,7 +13,7 @@ from cloth_core.kernels.contact import signed_distance
 from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Plane, Sphere
 
 SHELL = SolverConfig().contact_shell
-BOTH = pytest.mark.parametrize("integrator", ["implicit_euler", "meyer2000"])
+BOTH = pytest.mark.parametrize("integrator", ["implicit_midpoint", "meyer2000"])
 WEIGHTLESS = (0.0, 0.0, 0.0)
 
 

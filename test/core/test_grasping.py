@@ -9,11 +9,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cloth_core import ClothMesh, ClothSolver, Grasp, Inputs, Material, Pose, SolverConfig
+from cloth_core.config import INTEGRATORS
 from cloth_core.physics.grasping import update_grips
 
 MESH = ClothMesh.grid(width=0.5, height=0.5, columns=11, rows=11)
 CORNER = (-0.25, -0.25, 0.0)
-BOTH = pytest.mark.parametrize("integrator", ["implicit_euler", "meyer2000"])
+BOTH = pytest.mark.parametrize("integrator", INTEGRATORS)
 NOBODY = np.zeros(0, np.int32)
 
 

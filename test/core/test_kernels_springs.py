@@ -46,13 +46,36 @@ def test_spring_forces_are_the_slope_of_the_energy():
         assert force[i, a] == pytest.approx(-slope, abs=1e-5)
 
 
-@given(SEEDS)
-def test_local_step_pulls_each_spring_to_its_rest_length(seed):
-    random, x, _, pairs, rest, k = random_net(seed)
+@given(SEEDS, st.sampled_from([0.0, 0.7]))
+def test_local_step_pulls_each_spring_along_itself(seed, viscosity):
+    random, x, start, pairs, rest, k = random_net(seed)
+    tension = random.uniform(0.0, 50.0, len(pairs)) * (random.random(len(pairs)) < 0.5)
     before = random.normal(size=x.shape)
     right_side = before.copy()
-    springs.add_rest_lengths(x, pairs, rest, k, 0.37, right_side)
-    np.testing.assert_allclose(right_side - before, twins.rest_length_pull(x, pairs, rest, k, 0.37), atol=1e-11)
+    springs.add_elastic_impulses(x, start, pairs, rest, k, tension, viscosity, 0.37, right_side)
+    expected = 0.37 * twins.elastic_forces(x, start, pairs, rest, k, tension, viscosity)
+    np.testing.assert_allclose(right_side - before, expected, atol=1e-11)
+
+
+@given(SEEDS)
+def test_the_local_step_carries_no_momentum_and_no_torque(seed):
+    _, x, start, pairs, rest, k = random_net(seed)
+    impulse = np.zeros_like(x)
+    springs.add_elastic_impulses(x, start, pairs, rest, k, rest, 0.7, 1.0, impulse)
+    size = np.abs(impulse).max()
+    np.testing.assert_allclose(impulse.sum(axis=0), 0.0, atol=1e-13 * (1 + size))
+    np.testing.assert_allclose(np.cross(x, impulse).sum(axis=0), 0.0, atol=1e-12 * (1 + size))
+
+
+@given(SEEDS)
+def test_tensions_fade_and_grow_with_the_excess_between_none_and_the_strongest(seed):
+    random, x, _, pairs, rest, k = random_net(seed)
+    limited = np.flatnonzero(random.random(len(pairs)) < 0.7)
+    longest, strongest = 1.05 * rest[limited], 2.0 * k[limited] * rest[limited]
+    tension = random.uniform(0.0, 300.0, len(pairs)) * (random.random(len(pairs)) < 0.5)
+    expected = twins.carried(x, limited, pairs, longest, k, strongest, 0.9, tension)
+    springs.carry_limit(x, limited, pairs, longest, k, strongest, 0.9, tension)
+    np.testing.assert_allclose(tension, expected, atol=1e-11)
 
 
 @given(SEEDS, st.booleans())
@@ -88,13 +111,3 @@ def test_hinge_forces_are_minus_q_times_x(seed, dt):
     springs.add_hinge_forces(x, v, hinges, weights, 0.7, dt, force)
     expected = -twins.bending_matrix(len(x), hinges, weights, 0.7) @ (x + dt * v)
     np.testing.assert_allclose(force - 1.0, expected, atol=1e-12)
-
-
-@given(SEEDS)
-def test_drift_is_inertia_force_and_gravity(seed):
-    random = np.random.default_rng(seed)
-    x, v, force = random.normal(size=(3, 6, 3))
-    mass, gravity, h = random.uniform(0.1, 1.0, 6), random.normal(size=3), random.uniform(1e-3, 0.1)
-    moved = np.full_like(x, np.nan)
-    springs.drift(x, v, force, mass, gravity, h, moved)
-    np.testing.assert_allclose(moved, x + h * v + h * h * (force / mass[:, None] + gravity), atol=1e-14)

@@ -24,7 +24,7 @@ from cloth_core import (
 )
 from cloth_core.obstacles import Box, Sphere
 
-BOTH = pytest.mark.parametrize("integrator", ["implicit_euler", "meyer2000"])
+BOTH = pytest.mark.parametrize("integrator", ["implicit_midpoint", "meyer2000"])
 
 
 def placed_run(integrator: str, pose: Pose, seconds: float = 0.4) -> np.ndarray:
@@ -69,7 +69,7 @@ def test_pinned_and_grasped_vertices_are_held_alike(integrator):
 
 
 def test_pinned_vertices_stay_and_unpinned_fall():
-    solver = busy_solver("implicit_euler")
+    solver = busy_solver("implicit_midpoint")
     state = played(solver, solver.initial_state(), 0, 10)
     corner = solver.pinned[0]
     np.testing.assert_array_equal(state.position[corner], solver.initial_state().position[corner])
@@ -79,7 +79,7 @@ def test_pinned_vertices_stay_and_unpinned_fall():
 
 
 def test_bad_input_raises_and_touches_nothing():
-    solver = busy_solver("implicit_euler")
+    solver = busy_solver("implicit_midpoint")
     state = played(solver, solver.initial_state(), 0, 6)
     expected = solver.step(state, busy_inputs(6))
     report = solver.report
@@ -127,7 +127,7 @@ def test_the_quick_start_of_the_readme_runs(capsys):
 
 
 def test_a_grasp_that_closes_on_nothing_is_reported_once():
-    solver = busy_solver("implicit_euler")
+    solver = busy_solver("implicit_midpoint")
     state = solver.initial_state()
     far = Inputs(grasps={"hand": Grasp(pose=Pose((9.0, 9.0, 9.0)), closure=1.0)})
     said = []

@@ -17,7 +17,7 @@ from cloth_core import (
     Wind,
 )
 
-BOTH = pytest.mark.parametrize("integrator", ["implicit_euler", "meyer2000"])
+BOTH = pytest.mark.parametrize("integrator", ["implicit_midpoint", "meyer2000"])
 
 
 def teleported(n: int) -> Inputs:
@@ -68,7 +68,8 @@ SETUPS = {
 
 
 # Eq. (5) knows the wind alone: meyer2000 has nothing that keeps a free cloth from outrunning it.
-FASTEST = {"implicit_euler": 100.0, "meyer2000": 3000.0}
+# The default may be as fast as the air: 40 m/s at most on the mean, and gusts of the same strength in three directions.
+FASTEST = {"implicit_midpoint": 150.0, "meyer2000": 3000.0}
 
 
 @BOTH
@@ -94,4 +95,5 @@ def test_no_user_breaks_it(integrator, setup, adversary):
     # Relative to the whole: what a storm has thrown up may still be falling.
     assert np.linalg.norm(state.velocity - state.velocity.mean(axis=0), axis=1).max() < 3.0
     if setup != "no iterations to spare":  # friction holds what a single pass leaves stretched
-        assert solver.report.max_stretch < material.stretch_limit + 0.06
+        excess = {"implicit_midpoint": 0.05, "meyer2000": 0.08}[integrator]
+        assert solver.report.max_stretch < material.stretch_limit + excess

@@ -25,7 +25,7 @@ from cloth_core import (
     Wind,
 )
 
-BOTH = pytest.mark.parametrize("integrator", ["implicit_euler", "meyer2000"])
+BOTH = pytest.mark.parametrize("integrator", ["implicit_midpoint", "meyer2000"])
 
 
 @BOTH

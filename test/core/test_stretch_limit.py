@@ -1,12 +1,14 @@
-"""The stretch limit: neutral to momentum, held ends stay, and it limits."""
+"""The stretch limit: neutral to momentum, held ends stay, it limits, and what lasts is carried by tensions."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig
+from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig, State
+from cloth_core.physics import stretch_limit
 from cloth_core.physics.stretch_limit import StretchLimit
+from cloth_core.validation.scenes import NO_GRAVITY, last
 
 MATERIAL = Material(stretch_limit=1.05)
 MESH = ClothMesh.grid(width=0.5, height=0.4, columns=6, rows=5)
@@ -60,7 +62,7 @@ def test_held_ends_stay_and_short_springs_are_left_alone():
     np.testing.assert_array_equal(at_rest, MESH.rest_position)
 
 
-@pytest.mark.parametrize("integrator", ["implicit_euler", "meyer2000"])
+@pytest.mark.parametrize("integrator", ["implicit_midpoint", "meyer2000"])
 def test_a_hanging_cloth_keeps_to_its_limit(integrator):
     mesh = ClothMesh.grid(width=0.8, height=0.8, columns=17, rows=17)
     solver = ClothSolver(
@@ -73,3 +75,63 @@ def test_a_hanging_cloth_keeps_to_its_limit(integrator):
         worst = max(worst, solver.report.max_stretch)
     assert 1.04 < solver.report.max_stretch < 1.10
     assert worst < 1.25
+
+
+LINKS, LINK, STIFFNESS, WEIGHT = 20, 0.05, 500.0, 0.05 * 9.81
+HEAVY = Material(stretch_limit=1.03, damping=4.0)
+
+
+def heavy_chain() -> ClothSolver:
+    """A chain that would hang at twice the limit by its stiffness alone; only its lowest link stays short of it."""
+    down = np.stack([np.zeros(LINKS + 1), np.zeros(LINKS + 1), -LINK * np.arange(LINKS + 1.0)], axis=1)
+    pairs = [[n, n + 1] for n in range(LINKS)]
+    chain = ClothMesh.from_springs(down, pairs, stiffness=STIFFNESS, mass=WEIGHT / 9.81)
+    solver = ClothSolver(chain, HEAVY, SolverConfig(air_density=0.0))
+    solver.pin([0])
+    return solver
+
+
+def hung(solver: ClothSolver) -> tuple[State, np.ndarray]:
+    """After ten seconds, and the lengths of the links over their rest length."""
+    state = last(solver, solver.initial_state(), Inputs(), 10.0)
+    assert np.abs(state.velocity).max() < 1e-3
+    return state, -np.diff(state.position[:, 2]) / LINK
+
+
+def test_what_a_chain_carries_at_its_limit_is_its_load(monkeypatch):
+    """With tensions that do not fade, in newtons: each link carries what hangs below and its stiffness does not."""
+    monkeypatch.setattr(stretch_limit, "FADE", 1.0)
+    solver = heavy_chain()
+    state, stretch = hung(solver)
+    load = WEIGHT * np.arange(LINKS, 0, -1)
+    np.testing.assert_allclose(STIFFNESS * LINK * (stretch - 1) + state.history["tension"], load, rtol=1e-3)
+    np.testing.assert_allclose(stretch[:-1], 1.03, rtol=1e-4)
+    assert stretch[-1] == pytest.approx(1 + WEIGHT / STIFFNESS / LINK, rel=1e-4)
+    assert state.history["tension"][-1] == 0.0
+
+
+def test_a_chain_hangs_at_its_limit(monkeypatch):
+    """Without tensions, sweeps alone have to lift it anew in every substep, and fall farther behind."""
+    state, stretch = hung(heavy_chain())
+    assert 1.03 - 1e-9 < stretch[:-1].min() and stretch.max() < 1.005 * 1.03
+    load = WEIGHT * np.arange(LINKS, 0, -1)
+    assert (state.history["tension"] >= 0).all() and (state.history["tension"] < load).all()
+    monkeypatch.setattr(StretchLimit, "carry", lambda *_: None)
+    assert hung(heavy_chain())[1].max() > stretch.max()
+
+
+def test_tensions_vanish_with_what_they_carry():
+    solver = heavy_chain()
+    state = last(solver, solver.initial_state(), Inputs(), 2.0)
+    assert state.history["tension"].max() > WEIGHT
+    assert last(solver, state, NO_GRAVITY, 2.0).history["tension"].max() == 0.0
+
+
+def test_tensions_are_those_of_limited_springs_and_no_stronger_than_their_stiffness():
+    limit, tension = StretchLimit(MESH, MATERIAL, MASS), np.zeros(len(MESH.spring_rest))
+    for _ in range(200):
+        limit.carry(3.0 * MESH.rest_position, tension)
+    limited = MESH.spring_limited
+    assert (tension[~limited] == 0).all() and (~limited).any()
+    strongest = MESH.spring_stiffness(MATERIAL)[limited] * MESH.spring_rest[limited]
+    np.testing.assert_allclose(tension[limited], strongest)

@@ -1,0 +1,150 @@
+"""The default step: implicit midpoint by local/global on the paper's W, in small substeps.
+
+The rule is x' = x + h (v + v') / 2, v' = v + h a(middle): second order, and what swings keeps its energy. Its middle
+minimises |z - y|^2_M / (h^2 / 2) + E(z) with y the inertial prediction. From y, one local/global iteration is taken
+(Liu, Bargteil, O'Brien and Kavan 2013, "Fast simulation of mass-spring systems"): springs choose their directions,
+one product with the constant W reconciles them with inertia. Unlike the paper's predictor it does not damp what moves
+without deforming.
+
+Two things differ from the textbook. The velocity kept is the displacement over the substep, so that contacts and the
+stretch limit, which move positions, end impacts as they should; the half step h a / 2 by which the rule's velocity is
+ahead is kept apart, as ``lag``. And threads at their stretch limit pull with a ``tension`` that W spreads over the
+cloth (augmented Lagrangian): sweeps alone would have to lift the cloth anew in every substep.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from cloth_core.config import SolverConfig
+from cloth_core.integrators.model import Model, Substep
+from cloth_core.kernels import midpoint, springs, surface
+from cloth_core.physics.bending import LEAST_DAMPING, SLOWEST, Bending
+
+LONGEST_SUBSTEP = 0.002
+"""s; halving it halves the error of a stiff cloth and doubles the cost."""
+
+class ImplicitMidpoint:
+    """Default integrator: substeps of 2 ms, ``iterations`` 1, ``stretch_sweeps`` 6."""
+
+    iterations, stretch_sweeps = 1, 6
+    restrained = True
+
+    def __init__(self, model: Model, substeps: int) -> None:
+        self.model = model
+        self.iterations = model.config.iterations or self.iterations
+        half = 0.5 * model.h
+        self._viscosity = model.material.stretch_damping / half
+        self._filter = model.filter_by((1.0 + self._viscosity) * model.stretch, half * half)
+        self._every = _longest_run(substeps, model.h)
+        self._bending = self._bending_for(self._every * model.h) if model.bends else None
+        shape = model.mesh.rest_position.shape
+        self._acceleration, self._force, self._right_side, self._change = (np.zeros(shape) for _ in range(4))
+        self._no_bending = np.zeros(shape)
+
+    @staticmethod
+    def substeps(config: SolverConfig) -> int:
+        """Substeps in a step if the configuration leaves the choice."""
+        return max(1, math.ceil(config.dt / LONGEST_SUBSTEP - 1e-9))
+
+    def begin(self, history: Mapping[str, np.ndarray]) -> None:
+        """Take up the ``history`` of a state; an empty one means to start afresh."""
+        mesh = self.model.mesh
+        self._lag = np.array(history["lag"]) if "lag" in history else np.zeros((mesh.vertex_count, 3))
+        self._tension = np.array(history["tension"]) if "tension" in history else np.zeros(len(mesh.spring_rest))
+
+    def end(self) -> dict[str, np.ndarray]:
+        """What the next step needs to go on exactly."""
+        return {"lag": self._lag, "tension": self._tension}
+
+    def restart(self, vertex: np.ndarray) -> None:
+        """Forget how these vertices were accelerated: something else has stopped them."""
+        self._lag[vertex] = 0.0
+
+    def advance(
+        self, position: np.ndarray, velocity: np.ndarray, substep: Substep
+    ) -> tuple[np.ndarray, np.ndarray, int, float]:
+        """Advance (V, 3) ``position`` and ``velocity`` by one substep.
+
+        Returns:
+            New position, new velocity, sweeps done, worst excess over the stretch limit in the last sweep.
+        """
+        model = self.model
+        if self._bending is not None and substep.number % self._every == 0:
+            velocity = self._bending.update(position, velocity, substep.held, self._lag)
+        self.accelerate(position, velocity, substep)
+        inertial = self.predict(position, velocity, substep)
+        middle = inertial.copy()
+        for number in range(self.iterations):
+            self.relax(position, inertial, middle, settled=number > 0)
+        model.balance.correct(middle, inertial, middle, substep.held)
+        moved = self.extrapolate(position, velocity, middle, substep)
+        model.limit.carry(moved, self._tension)
+        sweeps, excess = model.limit_stretch_in_contact(position, moved, substep)
+        return moved, model.settle(position, velocity, moved, substep), sweeps, excess
+
+    def accelerate(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> None:
+        """What gravity, air and bending do, over the whole substep."""
+        model = self.model
+        self._force[:] = 0.0
+        if model.drag > 0.0:
+            shown, most = model.area_vectors(position), model.mesh.vertex_area
+            surface.add_relative_drag(
+                velocity, substep.flow, shown, most, model.drag, model.mass, substep.h, self._force
+            )
+        bending = self._bending.acceleration if self._bending is not None else self._no_bending
+        midpoint.accelerations(self._force, model.mass, substep.gravity, bending, self._acceleration)
+
+    def predict(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> np.ndarray:
+        """The middle of the substep by inertia alone, (V, 3) m; held vertices halfway to their targets."""
+        inertial = np.empty_like(position)
+        midpoint.predict(position, velocity, self._lag, self._acceleration, substep.h, inertial)
+        inertial[substep.held] = 0.5 * (position[substep.held] + substep.target)
+        return inertial
+
+    def relax(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, *, settled: bool) -> None:
+        """One local and one global step: springs choose their directions, W reconciles them with inertia.
+
+        In terms of what ``middle`` still has to move, so that W need not be exact; ``settled`` says whether it
+        has left ``inertial`` already.
+        """
+        model, mesh = self.model, self.model.mesh
+        self._right_side[:] = 0.0
+        if settled:
+            midpoint.add_inertia(model.mass, inertial, middle, self._right_side)
+        springs.add_elastic_impulses(
+            middle, position, mesh.spring_vertex, mesh.spring_rest, model.spring_stiffness, self._tension,
+            self._viscosity, 0.25 * model.h * model.h, self._right_side,
+        )  # fmt: skip
+        self._change[:] = 0.0  # held vertices are where they shall be
+        self._filter.solve(self._right_side, self._change)
+        middle += self._change
+
+    def extrapolate(
+        self, position: np.ndarray, velocity: np.ndarray, middle: np.ndarray, substep: Substep
+    ) -> np.ndarray:
+        """The end of the substep, (V, 3) m, before anything limits it; ``middle`` becomes it."""
+        midpoint.extrapolate(position, velocity, substep.h, self._lag, middle)
+        middle[substep.held] = substep.target
+        self._lag[substep.held] = 0.0
+        return middle
+
+    def _bending_for(self, time: float) -> Bending:
+        model, lasting = self.model, max(self.model.material.bend_damping, LEAST_DAMPING)
+        return Bending(
+            model.bending,
+            model.mass,
+            model.balance,
+            model.filter_by(model.bending, time * time),
+            model.filter_by(model.bending, time * lasting),
+            time,
+        )
+
+
+def _longest_run(substeps: int, h: float) -> int:
+    """The most substeps that one bending solve may cover: a divisor of ``substeps``."""
+    fitting = (n for n in range(substeps, 0, -1) if substeps % n == 0 and n * h <= SLOWEST * (1.0 + 1e-9))
+    return next(fitting, 1)

@@ -1,0 +1,97 @@
+"""The last resort of the stretch limit: what would be torn moves as one body for a substep.
+
+Forces and sweeps keep threads near their limit as long as nobody asks for the impossible. A hand that jerks, an
+obstacle that hits, a cloth that whips do; then no thread may end up longer than the limit and ``MARGIN``, whatever
+else has to give. First come more sweeps, over such threads alone. The ends of what is still too long are welded for
+the substep: a perfectly inelastic impact, which keeps the momentum, and leaves the thread as long as it was. A hand
+takes the body along with no more than ``max_grasp_force``, and stays behind where that is not enough; what lies on an
+obstacle it does not move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from cloth_core.kernels import springs
+from cloth_core.kernels.weld import weld_overlong
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+
+MARGIN = 0.045
+"""By which a thread may exceed its stretch limit for a moment, as a share of its rest length."""
+AIM = 0.03
+"""What the further sweeps aim at, likewise; less than ``MARGIN``, for they never quite get there."""
+SWEEPS = 30
+"""Most of them in a substep."""
+LYING = 1e6
+"""Weight of a vertex that touches an obstacle, as a multiple of its own."""
+
+
+class Restraint:
+    """Welds what a substep would tear; it knows what hands hold and what is pinned.
+
+    Args:
+        mesh: the cloth.
+        material: its stretch limit is the one to keep.
+        strongest: N, most that a hand pulls with.
+    """
+
+    def __init__(self, mesh: ClothMesh, material: Material, strongest: float) -> None:
+        self._mesh, self._mass, self._strongest = mesh, mesh.vertex_mass(material), strongest
+        self._most = material.stretch_limit + MARGIN
+        limited = mesh.spring_limited
+        self._vertex = np.ascontiguousarray(mesh.spring_vertex[limited])
+        self._rest = mesh.spring_rest[limited]
+        self._limit = material.stretch_limit
+        self._hands: list[np.ndarray] = []
+        self._pinned = np.zeros(0, np.int32)
+
+    def hold(self, hands: Iterable[np.ndarray], pinned: np.ndarray) -> None:
+        """From now on each of the sets of vertices in ``hands`` is one body, and the ``pinned`` ones stay."""
+        self._hands, self._pinned = [vertex for vertex in hands if len(vertex)], pinned
+
+    def apply(
+        self, start: np.ndarray, end: np.ndarray, velocity: np.ndarray, h: float, lying: np.ndarray
+    ) -> np.ndarray:
+        """Restrain the way from ``start`` to ``end`` (V, 3) m of ``h`` s; ``end`` and ``velocity`` in place.
+
+        ``lying`` are the vertices that touch an obstacle. Returns those that go another way now.
+        """
+        if not self._overlong(end):
+            return np.zeros(0, np.int64)
+        before = end.copy()
+        self._sweep(end, np.concatenate([self._pinned, lying, *self._hands]))
+        if self._overlong(end):
+            self._weld(start, end, h, lying)
+        vertex = np.flatnonzero((end != before).any(axis=1))
+        velocity[vertex] = (end[vertex] - start[vertex]) / h
+        return vertex
+
+    def _overlong(self, position: np.ndarray) -> bool:
+        mesh = self._mesh
+        return springs.largest_stretch(position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited) > self._most
+
+    def _sweep(self, end: np.ndarray, unmoved: np.ndarray) -> None:
+        """Shorten what is too long, of which some vertices stay ``unmoved``."""
+        inverse_mass = 1.0 / self._mass
+        inverse_mass[unmoved] = 0.0
+        longest = self._rest * (self._limit + AIM)
+        for number in range(SWEEPS):
+            worst = springs.shorten_springs(end, self._vertex, longest, inverse_mass, number % 2 == 1)
+            if worst < 0.5 * (MARGIN - AIM):
+                break
+
+    def _weld(self, start: np.ndarray, end: np.ndarray, h: float, lying: np.ndarray) -> None:
+        mass = self._mass.copy()
+        mass[lying] *= LYING
+        way, parent, pulled = end - start, np.arange(len(mass)), np.zeros(len(mass))
+        for vertex in self._hands:
+            parent[vertex], mass[vertex], pulled[vertex[0]] = vertex[0], 0.0, 1.0
+        fixed, welded = np.zeros(len(mass), np.bool_), np.zeros(len(mass), np.bool_)
+        fixed[self._pinned] = True
+        weld_overlong(
+            start, end, self._vertex, self._rest * self._most, self._strongest * h * h,
+            parent, mass, way.copy(), pulled, way.copy(), fixed, welded, way,
+        )  # fmt: skip
