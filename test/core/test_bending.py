@@ -87,7 +87,7 @@ def test_a_free_part_keeps_both_momenta(seed):
 
 def test_without_the_balance_bending_would_turn_a_folded_part(monkeypatch):
     """W filters the force, and a filtered force is no longer free of torque where it acts."""
-    monkeypatch.setattr(MomentumBalance, "correct", lambda *_: None)
+    monkeypatch.setattr(MomentumBalance, "correct", lambda *_, **__: None)
     x, v = crumpled(0)
     bending = bending_of(MESH, FABRIC, 0.01)
     bending.update(x, v, NOBODY)

@@ -80,7 +80,7 @@ def test_the_inertia_correction_conserves_angular_momentum(integrator, stiffness
 @BOTH
 def test_without_the_correction_angular_momentum_is_lost(integrator, stiffness, bound, monkeypatch):
     """So that the tests above speak of the correction and not of the scheme."""
-    monkeypatch.setattr(MomentumBalance, "correct", lambda *_: None)
+    monkeypatch.setattr(MomentumBalance, "correct", lambda *_, **__: None)
     mesh, x, v = spun_chain(stiffness)
     solver = ClothSolver(mesh, Material(), SolverConfig(dt=DT, integrator=integrator))
     state, mass = State(x, v), np.full(COUNT, MASS)
@@ -178,7 +178,7 @@ def test_a_sheet_turns_on_about_what_it_hangs_on(pins, monkeypatch):
         return np.abs(np.array(spins) / before - 1.0).max()
 
     assert worst_change() < 2e-5
-    monkeypatch.setattr(MomentumBalance, "correct", lambda *_: None)
+    monkeypatch.setattr(MomentumBalance, "correct", lambda *_, **__: None)
     assert worst_change() > 0.01
 
 

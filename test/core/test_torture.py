@@ -316,7 +316,7 @@ def contracts() -> Iterator[object]:
         yield pytest.param(name, integrator, marks=known, id=f"{name}-{integrator}")
 
 
-@pytest.mark.parametrize(("name", "integrator"), contracts())
+@pytest.mark.parametrize(("name", "integrator"), list(contracts()))
 def test_the_contract_holds(name, integrator):
     """Finite in every step, stretch within its limit + 0.05 (default integrator), at rest once left alone."""
     played = Series(0, integrator, (name,), SMALL)
