@@ -26,6 +26,10 @@ from cloth_core.physics.bending import LEAST_DAMPING, SLOWEST, Bending
 
 LONGEST_SUBSTEP = 0.002
 """s; halving it halves the error of a stiff cloth and doubles the cost."""
+LEAST_STRETCH_DAMPING = 1e-4
+"""s, the least ``stretch_damping`` that a cloth which bends is computed with: bending that is held for some substeps
+excites the fastest threads, which the rule itself does not damp."""
+
 
 class ImplicitMidpoint:
     """Default integrator: substeps of 2 ms, ``iterations`` 1, ``stretch_sweeps`` 6."""
@@ -37,7 +41,8 @@ class ImplicitMidpoint:
         self.model = model
         self.iterations = model.config.iterations or self.iterations
         half = 0.5 * model.h
-        self._viscosity = model.material.stretch_damping / half
+        least = LEAST_STRETCH_DAMPING if model.bends else 0.0
+        self._viscosity = max(model.material.stretch_damping, least) / half
         self._filter = model.filter_by((1.0 + self._viscosity) * model.stretch, half * half)
         self._every = _longest_run(substeps, model.h)
         self._bending = self._bending_for(self._every * model.h) if model.bends else None

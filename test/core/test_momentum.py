@@ -148,6 +148,17 @@ def test_what_hangs_on_a_point_or_a_line_keeps_the_angular_momentum_about_it(see
     assert np.linalg.norm(along @ left) < 1e-12 < 1e-6 * np.linalg.norm(spurious)
 
 
+def test_what_hangs_may_be_left_to_the_paper():
+    """Which corrects free parts alone: what its viscosity takes from a swing is then lost."""
+    mesh, random = two_sheets(), np.random.default_rng(2)
+    x, inertial, moved = random.normal(size=(3, 40, 3))
+    mass, corrected = mesh.vertex_mass(Material()), moved.copy()
+    MomentumBalance(mesh, mass).correct(x, inertial, corrected, np.array([3]), hanging=False)
+    expected = moved + twins.rigid_correction(x, inertial, moved, mass, np.arange(20, 40))
+    np.testing.assert_allclose(corrected, expected, atol=1e-12)
+    np.testing.assert_array_equal(corrected[:20], moved[:20])
+
+
 @given(st.integers(0, 10**6))
 def test_what_is_held_off_a_line_is_left_alone(seed):
     mesh, random = two_sheets(), np.random.default_rng(seed)
