@@ -1,6 +1,6 @@
 """The default step: implicit midpoint by local/global on the paper's W, in small substeps.
 
-The rule is x' = x + h (v + v') / 2, v' = v + h a(middle): second order, and what swings keeps its energy. Its middle
+The rule is x' = x + h (v + v') / 2, v' = v + h a(middle): second order, and without damping of its own. Its middle
 minimises |z - y|^2_M / (h^2 / 2) + E(z) with y the inertial prediction. From y, one local/global iteration is taken
 (Liu, Bargteil, O'Brien and Kavan 2013, "Fast simulation of mass-spring systems"): springs choose their directions,
 one product with the constant W reconciles them with inertia. Unlike the paper's predictor it does not damp what moves
