@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from cloth_core.kernels import kernel
@@ -68,6 +70,57 @@ def moments(position, error, mass, component, chosen, count):
         inertia[c, 0, 2] = inertia[c, 2, 0] = -xz
         inertia[c, 1, 2] = inertia[c, 2, 1] = -yz
     return total, center, drift, inertia, twist
+
+
+@kernel
+def hinges(place, held, component, count, collinear):
+    """What the ``held`` vertices leave free of each component (C): a turn about a point, about a line, or nothing.
+
+    Returns:
+        Kind (C,): 0 not held, 1 held at a point, 2 on a line, 3 off any line by more than ``collinear`` of its length;
+        a point of it (C, 3) m; the line's unit direction (C, 3).
+    """
+    kind = np.zeros(count, dtype=np.int64)
+    center = np.zeros((count, 3))
+    along = np.zeros((count, 3))
+    reach = np.zeros(count)
+    for v in held:
+        c = component[v]
+        if kind[c] == 0:
+            kind[c] = 1
+            center[c] = place[v]
+        x, y, z = place[v, 0] - center[c, 0], place[v, 1] - center[c, 1], place[v, 2] - center[c, 2]
+        length = math.sqrt(x * x + y * y + z * z)
+        if length > reach[c]:
+            kind[c] = 2
+            reach[c] = length
+            along[c, 0], along[c, 1], along[c, 2] = x / length, y / length, z / length
+    for v in held:
+        c = component[v]
+        if kind[c] == 2:
+            x, y, z = place[v, 0] - center[c, 0], place[v, 1] - center[c, 1], place[v, 2] - center[c, 2]
+            ox = y * along[c, 2] - z * along[c, 1]
+            oy = z * along[c, 0] - x * along[c, 2]
+            oz = x * along[c, 1] - y * along[c, 0]
+            if math.sqrt(ox * ox + oy * oy + oz * oz) > collinear * reach[c]:
+                kind[c] = 3
+    return kind, center, along
+
+
+@kernel
+def turn_about_lines(kind, along, inertia, twist, turn):
+    """Where a component is held on a line (``kind`` 2), leave of ``turn`` (C, 3) rad what it can turn about that."""
+    for c in range(kind.shape[0]):
+        if kind[c] == 2:
+            resisting = 0.0
+            moment = 0.0
+            for a in range(3):
+                moment += along[c, a] * twist[c, a]
+                for b in range(3):
+                    resisting += along[c, a] * inertia[c, a, b] * along[c, b]
+            angle = moment / resisting if resisting > 0.0 else 0.0
+            for a in range(3):
+                turn[c, a] = angle * along[c, a]
 
 
 @kernel

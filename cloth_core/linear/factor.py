@@ -11,7 +11,7 @@ from cloth_core.linear.dissection import Block, dissect
 LEAF = 24
 """Vertices of the smallest blocks: larger ones waste products on zeros, smaller ones leave vector lanes empty."""
 
-SINGLE_BYTES = 3_000_000
+SINGLE_BYTES = 500_000
 """Panels beyond this no longer stay near the processor, and are kept in single precision: reading them is what then
 takes the time. The right-hand sides of a step are corrections, so that their last digits are made up for by the
 next one."""
@@ -23,18 +23,22 @@ class Factor:
     Args:
         matrix: A.
         place: (N, 3) m, where the rows lie; for the order alone.
+        rows: (N,) where the rows of A stand in the right-hand sides and solutions, which may have more.
         dense_limit: rows up to which L is one dense block, and L^-1 what is stored, as the paper stores W.
     """
 
-    def __init__(self, matrix: csr_matrix, place: np.ndarray, dense_limit: int) -> None:
+    def __init__(
+        self, matrix: csr_matrix, place: np.ndarray, dense_limit: int, rows: np.ndarray | None = None
+    ) -> None:
         size = matrix.shape[0]
         self.name = "dense" if size <= dense_limit else "sparse"
         matrix = matrix.tocsr()
         matrix.sort_indices()
         blocks = dissect(matrix, place, max(dense_limit, 1) if self.name == "dense" else LEAF)
-        self._order = np.concatenate([block.vertices for block in blocks])
+        order = np.concatenate([block.vertices for block in blocks])
+        self._order = order if rows is None else rows[order]
         self._place = np.empty(size, dtype=np.int64)
-        self._place[self._order] = np.arange(size)
+        self._place[order] = np.arange(size)
         widths = np.array([len(block.vertices) for block in blocks])
         self._first = _starts(widths)
         below, made = self._eliminate(matrix, blocks)
@@ -76,7 +80,7 @@ class Factor:
         self._schur = dense.cholesky(dense.transposed_product(columns, columns)[: len(rows), : len(rows)].copy())
 
     def solve(self, right_side: np.ndarray, solution: np.ndarray, wanted: np.ndarray | None = None) -> None:
-        """A^-1 ``right_side`` (N, 3) into ``solution`` (N, 3), held rows at the ``wanted`` (K, 3) values."""
+        """A^-1 ``right_side`` into ``solution``, held rows at the ``wanted`` (K, 3) values."""
         panels.gather(self._order, right_side, self._y)
         self._forward(self._all)
         if len(self._held):

@@ -40,7 +40,7 @@ class ImplicitFilter:
         free_rows = matrix[self._free]
         self._coupling = free_rows[:, self._pinned].tocsr()
         inner = free_rows[:, self._free].tocsr()
-        self._factor = Factor(inner, place[self._free], dense_limit) if len(self._free) else None
+        self._factor = Factor(inner, place[self._free], dense_limit, self._free) if len(self._free) else None
         self._row_of = np.full(len(mass), -1, dtype=np.int64)
         self._row_of[self._free] = np.arange(len(self._free))
         self.held = np.zeros(0, dtype=np.int64)
@@ -64,13 +64,9 @@ class ImplicitFilter:
         if self._factor is None:
             return
         wanted = x[self.held]
-        if len(self._pinned) == 0:
-            self._factor.solve(right_side, x, wanted)
-        else:
-            inner = right_side[self._free]
-            given = x[self._pinned]
-            if given.any():
-                inner -= self._coupling @ given
-            self._factor.solve(inner, inner, wanted)
-            x[self._free] = inner
+        pulled = x[self._pinned]
+        if pulled.any():
+            right_side = right_side.copy()
+            right_side[self._free] -= self._coupling @ pulled
+        self._factor.solve(right_side, x, wanted)
         x[self.held] = wanted

@@ -50,36 +50,13 @@ class MomentumBalance:
             self._correct_hanging(place, error, moved, held)
 
     def _correct_hanging(self, place: np.ndarray, error: np.ndarray, moved: np.ndarray, held: np.ndarray) -> None:
-        center, axis = np.zeros((self._count, 3)), {}
-        for component in np.unique(self._component[held]):
-            points = place[held[self._component[held] == component]]
-            center[component], found = _pivot(points)
-            if found is not None:
-                axis[component] = found
-        if not axis:
+        kind, center, along = kernels.hinges(place, held, self._component, self._count, COLLINEAR)
+        chosen = (kind == 1) | (kind == 2)
+        if not chosen.any():
             return
-        chosen = np.zeros(self._count, dtype=np.bool_)
-        chosen[list(axis)] = True
         inertia, twist = kernels.moments_about(place, error, self._mass, self._component, center, chosen)
-        turn = np.zeros_like(center)
-        for component, free_axes in axis.items():
-            resisting = free_axes @ inertia[component] @ free_axes.T
-            turn[component] = free_axes.T @ np.linalg.pinv(resisting, hermitian=True) @ (free_axes @ twist[component])
+        _, turn = kernels.rigid_motion(chosen.astype(float), np.zeros_like(center), inertia, twist)
+        kernels.turn_about_lines(kind, along, inertia, twist, turn)
         kept = moved[held]
-        kernels.add_rigid_displacement(
-            place, center, np.zeros_like(center), turn, self._component, chosen, moved
-        )
+        kernels.add_rigid_displacement(place, center, np.zeros_like(center), turn, self._component, chosen, moved)
         moved[held] = kept
-
-
-def _pivot(points: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """A point about which a part that is held at ``points`` (K, 3) can turn, and the free axes (1 or 3, 3), if any."""
-    center = points[0]
-    arms = points - center
-    reach = np.linalg.norm(arms, axis=1)
-    far = int(reach.argmax())
-    if reach[far] == 0.0:
-        return center, np.eye(3)
-    along = arms[far] / reach[far]
-    off = np.linalg.norm(np.cross(arms, along), axis=1).max()
-    return center, along[None] if off <= COLLINEAR * reach[far] else None

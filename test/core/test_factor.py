@@ -60,7 +60,7 @@ def test_any_graph_is_solved_with_any_rows_held(seed, size, density, limit, held
 
 
 @pytest.mark.parametrize("kind", ["stretch", "bending"])
-@pytest.mark.parametrize(("columns", "rows"), [(2, 2), (3, 40), (24, 17), (41, 40)])
+@pytest.mark.parametrize(("columns", "rows"), [(2, 2), (3, 40), (24, 17), (31, 30)])
 def test_sheets_are_solved_to_rounding(columns, rows, kind):
     matrix, place = sheet(columns, rows, kind)
     right_side = np.random.default_rng(3).normal(size=place.shape)
