@@ -64,7 +64,7 @@ def test_any_graph_is_solved_with_any_rows_held(seed, size, density, limit, held
 def test_sheets_are_solved_to_rounding(columns, rows, kind):
     matrix, place = sheet(columns, rows, kind)
     right_side = np.random.default_rng(3).normal(size=place.shape)
-    for limit in (DENSE, SPARSE) if len(place) < 200 else (SPARSE,)  # larger ones are kept in single precision:
+    for limit in (DENSE, SPARSE) if len(place) < 200 else (SPARSE,):  # larger ones are kept in single precision
         solution = np.empty_like(right_side)
         Factor(matrix, place, limit).solve(right_side, solution)
         np.testing.assert_allclose(matrix @ solution, right_side, atol=1e-10)
