@@ -27,12 +27,17 @@ from cloth_sim_ros.simulation.runner import Runner
 class ClothNode(LifecycleNode):
     """``cloth_sim``: configured it holds a scene ready to run, active it steps, publishes and records.
 
+    Args:
+        asked_to_end: whether the process was asked to end: then what fails is no error.
+        options: for the LifecycleNode.
+
     Raises:
         SettingError: a parameter of the node itself has a wrong type or range.
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, asked_to_end: Callable[[], bool] = lambda: False, **options: Any) -> None:
         super().__init__("cloth_sim", **options)
+        self.asked_to_end = asked_to_end
         self.settings = declare(self, NodeSettings())
         self._parts: Parts | None = None
         self._runner: Runner | None = None
@@ -50,7 +55,8 @@ class ClothNode(LifecycleNode):
                 self.get_logger().error(f"cannot start: {error}")
                 return TransitionCallbackReturn.FAILURE
             except Exception:  # rclpy would swallow it without a word
-                self.get_logger().error(f"cannot start:\n{traceback.format_exc()}")
+                if not self.asked_to_end():  # compiled code turns the interrupt of a signal into errors of its own
+                    self.get_logger().error(f"cannot start:\n{traceback.format_exc()}")
                 return TransitionCallbackReturn.FAILURE
             self._configured = undo.pop_all()
         return super().on_configure(state)

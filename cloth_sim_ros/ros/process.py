@@ -50,9 +50,9 @@ def run(ros_arguments: Sequence[str]) -> int:
         complain("cloth_node", " ".join(str(error).split()))
         return 2
     try:
-        node = ClothNode()
+        node = ClothNode(asked_to_end=lambda: stop.asked)
         if node.settings.autostart and not _bring_up(node):
-            return 1
+            return 0 if stop.asked else 1
         stop.interrupts = False
         _spin(node, stop)
         return 0
