@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import kernel
+from cloth_core.kernels import kernel, lane_kernel
 
 
 @kernel
@@ -42,21 +42,28 @@ def product(matrix, right_side):
     return result
 
 
-@kernel
-def cholesky(matrix):
-    """(K, K) whose upper triangle U satisfies U.T @ U = ``matrix``, symmetric positive definite; ignore the rest."""
-    upper = matrix.copy()
-    count = upper.shape[0]
-    for k in range(count):
-        row = upper[k]
+@lane_kernel
+def eliminate(front, width):
+    """Cholesky of the first ``width`` columns of a front, in its upper triangle; the rest becomes the update."""
+    count = front.shape[0]
+    for k in range(width):
+        row = front[k]
         pivot = math.sqrt(row[k])
         for i in range(k, count):
             row[i] /= pivot
         for j in range(k + 1, count):
             factor = row[j]
-            below = upper[j]
-            for i in range(j, count):
-                below[i] -= factor * row[i]
+            if factor != 0.0:
+                below = front[j]
+                for i in range(j, count):
+                    below[i] -= factor * row[i]
+
+
+@kernel
+def cholesky(matrix):
+    """(K, K) whose upper triangle U satisfies U.T @ U = ``matrix``, symmetric positive definite; ignore the rest."""
+    upper = matrix.copy()
+    eliminate(upper, upper.shape[0])
     return upper
 
 

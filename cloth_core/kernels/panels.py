@@ -11,8 +11,6 @@ compiled, so that equal inputs give equal bits. Nothing here tests for NaN.
 
 from __future__ import annotations
 
-import math
-
 from cloth_core.kernels import kernel, lane_kernel
 
 
@@ -49,23 +47,6 @@ def extend_add(front, row, update):
     for i in range(row.shape[0]):
         for j in range(i, row.shape[0]):
             front[row[i], row[j]] += update[i, j]
-
-
-@lane_kernel
-def eliminate(front, width):
-    """Cholesky of the first ``width`` columns of a front, in its upper triangle; the rest becomes the update."""
-    count = front.shape[0]
-    for k in range(width):
-        row = front[k]
-        pivot = math.sqrt(row[k])
-        for i in range(k, count):
-            row[i] /= pivot
-        for j in range(k + 1, count):
-            factor = row[j]
-            if factor != 0.0:
-                below = front[j]
-                for i in range(j, count):
-                    below[i] -= factor * row[i]
 
 
 @lane_kernel

@@ -131,7 +131,7 @@ class Factor:
             )
             for child_rows, update in parts:
                 panels.extend_add(front, row_of[child_rows], update)
-            panels.eliminate(front, width)
+            dense.eliminate(front, width)
             panel = np.zeros(count * ((width + 3) // 4 * 4))
             panels.fill_panel(front, width, np.zeros((width, width)), panel)
             below.append(rows)
