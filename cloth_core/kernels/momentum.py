@@ -10,6 +10,15 @@ from cloth_core.kernels import kernel
 
 
 @kernel
+def fill_inertia(xx, yy, zz, xy, xz, yz, inertia):
+    """The tensor of ``inertia`` (3, 3) kg m^2 that the second moments of mass make."""
+    inertia[0, 0], inertia[1, 1], inertia[2, 2] = yy + zz, xx + zz, xx + yy
+    inertia[0, 1] = inertia[1, 0] = -xy
+    inertia[0, 2] = inertia[2, 0] = -xz
+    inertia[1, 2] = inertia[2, 1] = -yz
+
+
+@kernel
 def moments(position, error, mass, component, chosen, count):
     """Moments of mass and of the displacement ``error`` (V, 3) m of the components that are ``chosen`` (C,).
 
@@ -65,10 +74,7 @@ def moments(position, error, mass, component, chosen, count):
         m = total[c]
         xx, yy, zz = spread[c, 0] - m * x * x, spread[c, 1] - m * y * y, spread[c, 2] - m * z * z
         xy, xz, yz = spread[c, 3] - m * x * y, spread[c, 4] - m * x * z, spread[c, 5] - m * y * z
-        inertia[c, 0, 0], inertia[c, 1, 1], inertia[c, 2, 2] = yy + zz, xx + zz, xx + yy
-        inertia[c, 0, 1] = inertia[c, 1, 0] = -xy
-        inertia[c, 0, 2] = inertia[c, 2, 0] = -xz
-        inertia[c, 1, 2] = inertia[c, 2, 1] = -yz
+        fill_inertia(xx, yy, zz, xy, xz, yz, inertia[c])
     return total, center, drift, inertia, twist
 
 
@@ -147,10 +153,7 @@ def moments_about(position, error, mass, component, center, chosen):
     inertia = np.zeros((center.shape[0], 3, 3))
     for c in range(center.shape[0]):
         xx, yy, zz, xy, xz, yz = spread[c]
-        inertia[c, 0, 0], inertia[c, 1, 1], inertia[c, 2, 2] = yy + zz, xx + zz, xx + yy
-        inertia[c, 0, 1] = inertia[c, 1, 0] = -xy
-        inertia[c, 0, 2] = inertia[c, 2, 0] = -xz
-        inertia[c, 1, 2] = inertia[c, 2, 1] = -yz
+        fill_inertia(xx, yy, zz, xy, xz, yz, inertia[c])
     return inertia, twist
 
 
