@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 
+from cloth_core.linear.elimination import Plans
 from cloth_core.linear.factor import Factor
 
 
@@ -22,6 +23,7 @@ class ImplicitFilter:
         place: (V, 3) m, the rest shape, which gives the order of elimination.
         pinned: vertices that never move.
         dense_limit: vertices up to which the inverse is stored as a dense matrix.
+        plans: plans of elimination made for the same vertices with the same ones pinned.
     """
 
     def __init__(
@@ -33,6 +35,7 @@ class ImplicitFilter:
         place: np.ndarray,
         pinned: np.ndarray,
         dense_limit: int,
+        plans: Plans | None = None,
     ) -> None:
         self._free = np.setdiff1d(np.arange(len(mass)), pinned)
         self._pinned = np.unique(np.asarray(pinned, dtype=np.int64))
@@ -40,7 +43,8 @@ class ImplicitFilter:
         free_rows = matrix[self._free]
         self._coupling = free_rows[:, self._pinned].tocsr()
         inner = free_rows[:, self._free].tocsr()
-        self._factor = Factor(inner, place[self._free], dense_limit, self._free) if len(self._free) else None
+        free = self._free
+        self._factor = Factor(inner, place[free], dense_limit, free, plans) if len(free) else None
         self._row_of = np.full(len(mass), -1, dtype=np.int64)
         self._row_of[self._free] = np.arange(len(self._free))
         self.held = np.zeros(0, dtype=np.int64)

@@ -9,18 +9,14 @@ from cloth_core.kernels import dense
 
 
 @pytest.mark.parametrize("size", [1, 2, 7, 40])
-def test_cholesky_solves_what_numpy_solves(size):
-    random = np.random.default_rng(size)
-    root = random.normal(size=(size, size + 3))
-    matrix, right_side = root @ root.T, random.normal(size=(size, 3))
-    upper = np.triu(dense.cholesky(matrix))
-    np.testing.assert_allclose(upper.T @ upper, matrix, rtol=1e-12, atol=1e-12)
-    expected = np.linalg.solve(matrix, right_side)
-    np.testing.assert_allclose(dense.cholesky_solve(upper, right_side), expected, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("shape", [(1, 1, 1), (4, 9, 3), (30, 5, 2), (0, 4, 3)])
-def test_transposed_product(shape):
-    k, n, m = shape
-    matrix, right_side = np.random.default_rng(k).normal(size=(k, n)), np.random.default_rng(n).normal(size=(k, m))
-    np.testing.assert_allclose(dense.transposed_product(matrix, right_side), matrix.T @ right_side, atol=1e-12)
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_elimination_leaves_the_cholesky_factor_and_the_schur_complement(size, share):
+    root = np.random.default_rng(size).normal(size=(size, size + 3))
+    matrix, width = root @ root.T, round(share * size)
+    front = matrix.copy()
+    dense.eliminate(front, width)
+    upper = np.triu(front)[:width]
+    np.testing.assert_allclose((upper.T @ upper)[:width], matrix[:width], rtol=1e-9, atol=1e-9)
+    inner, cross, outer = matrix[:width, :width], matrix[:width, width:], matrix[width:, width:]
+    left = np.triu(outer - cross.T @ np.linalg.solve(inner, cross)) if width else np.triu(outer)
+    np.testing.assert_allclose(np.triu(front)[width:, width:], left, rtol=1e-7, atol=1e-9)
