@@ -10,7 +10,7 @@ import numpy as np
 
 from cloth_core.kernels import kernel
 from cloth_core.kernels.dense import eliminate
-from cloth_core.kernels.panels import assemble_front, extend_add, fill_panel
+from cloth_core.kernels.panels import assemble_front, extend_add, fill_columns, fill_panels, panel_sizes
 
 
 @kernel
@@ -58,8 +58,8 @@ def rows_below(indptr, indices, order, place, first, parent):
 
 
 @kernel
-def factorise(indptr, indices, data, order, place, first, parent, below_start, below, panel_start, panel):
-    """Fill the ``panel`` of every block, as :mod:`cloth_core.kernels.panels` describes it, from zero."""
+def factorise(indptr, indices, data, order, place, first, parent, below_start, below, down_start, down, up_start, up):
+    """Fill both panels of every block, as :mod:`cloth_core.kernels.panels` describes them."""
     blocks = parent.shape[0]
     row_of = np.zeros(order.shape[0], np.int64)
     waiting, begins = np.empty(blocks, np.int64), np.empty(blocks, np.int64)
@@ -82,7 +82,9 @@ def factorise(indptr, indices, data, order, place, first, parent, below_start, b
             size = inner.shape[0]
             extend_add(front, row_of[inner], stack[top : top + size * size].reshape(size, size))
         eliminate(front, width)
-        fill_panel(front, width, np.zeros((width, width)), panel[panel_start[s] : panel_start[s + 1]])
+        columns = np.empty((width, count))
+        fill_columns(front, width, np.empty((width, width)), columns)
+        fill_panels(columns, down[down_start[s] : down_start[s + 1]], up[up_start[s + 1] : up_start[s]])
         waiting[waits], begins[waits] = s, top
         waits += 1
         for i in range(width, count):
@@ -104,3 +106,20 @@ def _deepest(parent, below_start):
         most = max(most, top)
         waits += 1
     return most
+
+
+@kernel
+def panel_starts(first, below_start):
+    """Where the panels of every block begin, (S + 1,) each: down in rising order of the blocks, up in falling order.
+
+    The panel of block s begins at ``down_start[s]`` or at ``up_start[s + 1]``.
+    """
+    blocks = first.shape[0] - 1
+    down_start, up_start = np.zeros(blocks + 1, np.int64), np.zeros(blocks + 1, np.int64)
+    for s in range(blocks):
+        width = first[s + 1] - first[s]
+        down, up_start[s] = panel_sizes(width, width + below_start[s + 1] - below_start[s])
+        down_start[s + 1] = down_start[s] + down
+    for s in range(blocks - 1, -1, -1):
+        up_start[s] += up_start[s + 1]
+    return down_start, up_start

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from cloth_core.kernels import kernel, lane_kernel
+from cloth_core.kernels.lanes import LANES, add_product, load, spread, store
 
 
 @kernel
@@ -24,33 +25,28 @@ def mark_paths(blocks, parent, marked):
             s = parent[s]
 
 
-@lane_kernel
-def _times_panel(panel, count, width, x, sums):
-    """Four columns ``x`` (4, W) times a panel of padded ``width``, into ``sums`` (4, count)."""
-    sum0, sum1, sum2, sum3 = sums[0], sums[1], sums[2], sums[3]
-    sum0[:count] = 0.0
-    sum1[:count] = 0.0
-    sum2[:count] = 0.0
-    sum3[:count] = 0.0
-    for k in range(0, width, 4):
-        c0 = panel[k * count : (k + 1) * count]
-        c1 = panel[(k + 1) * count : (k + 2) * count]
-        c2 = panel[(k + 2) * count : (k + 3) * count]
-        c3 = panel[(k + 3) * count : (k + 4) * count]
-        p0, p1, p2, p3 = x[0, k], x[0, k + 1], x[0, k + 2], x[0, k + 3]
-        q0, q1, q2, q3 = x[1, k], x[1, k + 1], x[1, k + 2], x[1, k + 3]
-        r0, r1, r2, r3 = x[2, k], x[2, k + 1], x[2, k + 2], x[2, k + 3]
-        s0, s1, s2, s3 = x[3, k], x[3, k + 1], x[3, k + 2], x[3, k + 3]
-        for i in range(count):
-            a, b, c, d = c0[i], c1[i], c2[i], c3[i]
-            sum0[i] += a * p0 + b * p1 + c * p2 + d * p3
-            sum1[i] += a * q0 + b * q1 + c * q2 + d * q3
-            sum2[i] += a * r0 + b * r1 + c * r2 + d * r3
-            sum3[i] += a * s0 + b * s1 + c * s2 + d * s3
+@kernel
+def _times_panel(down, start, count, width, x, sums):
+    """Four columns ``x`` (4, W) times the panel at ``start``, into ``sums`` (4, count and the rest of a tile)."""
+    zero = down.dtype.type(0)
+    p = start
+    for t in range(0, count, LANES):
+        sum0 = sum1 = sum2 = sum3 = spread(zero)
+        for k in range(min(width, t + LANES)):
+            column = load(down, p)
+            sum0 = add_product(sum0, column, x[0, k])
+            sum1 = add_product(sum1, column, x[1, k])
+            sum2 = add_product(sum2, column, x[2, k])
+            sum3 = add_product(sum3, column, x[3, k])
+            p += LANES
+        store(sums[0], t, sum0)
+        store(sums[1], t, sum1)
+        store(sums[2], t, sum2)
+        store(sums[3], t, sum3)
 
 
 @kernel
-def respond(path, first, parent, below_start, below, panel_start, panel, held, low, high, start, number, response):
+def respond(path, first, parent, below_start, below, down_start, down, held, low, high, start, number, response):
     """Fill ``response`` with G for the rows at the sorted places ``held`` (K,).
 
     ``path`` (P,) are the blocks between them and the root in rising order, ``low``, ``high`` and ``start`` (P,) as
@@ -62,7 +58,7 @@ def respond(path, first, parent, below_start, below, panel_start, panel, held, l
         width = first[s + 1] - first[s]
         widest = max(widest, width)
         tallest = max(tallest, width + below_start[s + 1] - below_start[s])
-    x, sums = np.zeros((4, widest + 3)), np.zeros((4, tallest))
+    x, sums = np.zeros((4, widest), down.dtype), np.zeros((4, tallest + LANES), down.dtype)
     target, stride = np.empty(tallest, np.int64), np.empty(tallest, np.int64)
     response[:] = 0.0
     for n in range(path.shape[0]):
@@ -81,16 +77,14 @@ def respond(path, first, parent, below_start, below, panel_start, panel, held, l
         for c in range(low[n], high[n]):
             if first[s] <= held[c]:
                 response[target[held[c] - first[s]] + c * width] = 1.0
-        padded = (width + 3) // 4 * 4
-        columns = panel[panel_start[s] : panel_start[s + 1]]
         for begin in range(low[n], high[n], 4):
             some = min(4, high[n] - begin)
-            x[:, :padded] = 0.0
+            x[some:] = 0.0
             for c in range(some):
                 origin = start[n] + (begin + c - low[n]) * width
                 for i in range(width):
                     x[c, i] = response[origin + i]
-            _times_panel(columns, count, padded, x, sums)
+            _times_panel(down, down_start[s], count, width, x, sums)
             for c in range(some):
                 origin = start[n] + (begin + c - low[n]) * width
                 for i in range(width):

@@ -1,17 +1,18 @@
 """Sparse Cholesky factors in dense panels: making them, and solving with them.
 
-A panel belongs to a block of w columns that are eliminated together and holds, column by column, the (w + r, w)
-matrix C = [D; -B D]: D the inverse of the block's triangle, B the r rows below. With it both halves of a solve are
-one dense product each: forwards z = D x and x_below -= B z, backwards x = D' (z - B' x_below). Columns are padded with
-zeros to a multiple of four, for the four that the loops take at once.
+A block of w columns that are eliminated together, with r rows below them, has the (w + r, w) matrix C = [D; -B D]:
+D the inverse of the block's triangle, B the r rows below. With it both halves of a solve are one dense product each:
+forwards z = D x and x_below -= B z, backwards x = D' (z - B' x_below). Each half has a panel of its own, in the order
+in which it reads: ``down`` in tiles of ``LANES`` rows, column after column, ``up`` in tiles of ``LANES`` columns, row
+after row. What lies above the diagonal of D is left out tile by tile; the last tile is padded with zeros.
 
-Reassociation is allowed here, for sums over rows must run in vector lanes; the order is fixed when the kernel is
-compiled, so that equal inputs give equal bits. Nothing here tests for NaN.
+Equal inputs give equal bits. Nothing here tests for NaN.
 """
 
 from __future__ import annotations
 
 from cloth_core.kernels import kernel, lane_kernel
+from cloth_core.kernels.lanes import LANES, add_product, load, spread, store
 
 
 @kernel
@@ -50,8 +51,8 @@ def extend_add(front, row, update):
 
 
 @lane_kernel
-def fill_panel(front, width, inverse, panel):
-    """Make the panel of an eliminated front; ``inverse`` (w, w) is room to work in, ``panel`` starts at zero."""
+def fill_columns(front, width, inverse, columns):
+    """C of an eliminated front, column by column into ``columns`` (w, w + r); ``inverse`` (w, w) is room to work in."""
     count = front.shape[0]
     for c in range(width):
         for i in range(c, width):
@@ -60,7 +61,8 @@ def fill_panel(front, width, inverse, panel):
                 total -= front[k, i] * inverse[k, c]
             inverse[i, c] = total / front[i, i]
     for k in range(width):
-        column = panel[k * count : (k + 1) * count]
+        column = columns[k]
+        column[:] = 0.0
         for i in range(k, width):
             column[i] = inverse[i, k]
         for j in range(k, width):
@@ -70,105 +72,100 @@ def fill_panel(front, width, inverse, panel):
                 column[i] -= row[i] * factor
 
 
-@lane_kernel
-def _forward(panel, count, width, z, sum0, sum1, sum2):
-    sum0[:count] = 0.0
-    sum1[:count] = 0.0
-    sum2[:count] = 0.0
-    for k in range(0, width, 4):
-        c0 = panel[k * count : (k + 1) * count]
-        c1 = panel[(k + 1) * count : (k + 2) * count]
-        c2 = panel[(k + 2) * count : (k + 3) * count]
-        c3 = panel[(k + 3) * count : (k + 4) * count]
-        x0, x1, x2, x3 = z[0, k], z[0, k + 1], z[0, k + 2], z[0, k + 3]
-        y0, y1, y2, y3 = z[1, k], z[1, k + 1], z[1, k + 2], z[1, k + 3]
-        z0, z1, z2, z3 = z[2, k], z[2, k + 1], z[2, k + 2], z[2, k + 3]
-        for i in range(count):
-            a, b, c, d = c0[i], c1[i], c2[i], c3[i]
-            sum0[i] += a * x0 + b * x1 + c * x2 + d * x3
-            sum1[i] += a * y0 + b * y1 + c * y2 + d * y3
-            sum2[i] += a * z0 + b * z1 + c * z2 + d * z3
+@kernel
+def panel_sizes(width, count):
+    """Numbers in the two panels of a block of ``width`` columns and ``count`` rows: down, up."""
+    down = 0
+    for t in range(0, count, LANES):
+        down += LANES * min(width, t + LANES)
+    up = 0
+    for t in range(0, width, LANES):
+        up += LANES * (count - t)
+    return down, up
 
 
-@lane_kernel
-def _backward(panel, count, width, in0, in1, in2, x):
-    for k in range(0, width, 4):
-        c0 = panel[k * count : (k + 1) * count]
-        c1 = panel[(k + 1) * count : (k + 2) * count]
-        c2 = panel[(k + 2) * count : (k + 3) * count]
-        c3 = panel[(k + 3) * count : (k + 4) * count]
-        x0 = x1 = x2 = x3 = 0.0
-        y0 = y1 = y2 = y3 = 0.0
-        z0 = z1 = z2 = z3 = 0.0
-        for i in range(count):
-            a, b, c, d = c0[i], c1[i], c2[i], c3[i]
-            u, v, w = in0[i], in1[i], in2[i]
-            x0 += a * u
-            x1 += b * u
-            x2 += c * u
-            x3 += d * u
-            y0 += a * v
-            y1 += b * v
-            y2 += c * v
-            y3 += d * v
-            z0 += a * w
-            z1 += b * w
-            z2 += c * w
-            z3 += d * w
-        x[0, k], x[0, k + 1], x[0, k + 2], x[0, k + 3] = x0, x1, x2, x3
-        x[1, k], x[1, k + 1], x[1, k + 2], x[1, k + 3] = y0, y1, y2, y3
-        x[2, k], x[2, k + 1], x[2, k + 2], x[2, k + 3] = z0, z1, z2, z3
+@kernel
+def fill_panels(columns, down, up):
+    """Both panels of a block from C, column by column in ``columns`` (w, w + r)."""
+    width, count = columns.shape
+    p = 0
+    for t in range(0, count, LANES):
+        for k in range(min(width, t + LANES)):
+            for i in range(t, t + LANES):
+                down[p] = columns[k, i] if i < count else 0.0
+                p += 1
+    p = 0
+    for t in range(0, width, LANES):
+        for i in range(t, count):
+            for k in range(t, t + LANES):
+                up[p] = columns[k, i] if k < width else 0.0
+                p += 1
 
 
-@lane_kernel
-def solve_forward(blocks, first, below_start, below, panel_start, panel, y, work, block):
-    """z = L^-1 y for three columns, in place in ``y`` (3, N), through the given ``blocks`` in rising order.
+@kernel
+def solve_forward(first, below_start, below, down_start, down, y, work):
+    """z = L^-1 y for three columns, in place in ``y`` (3, N).
 
-    ``first`` (S + 1,), ``below_start`` (S + 1,) and ``panel_start`` (S + 1,) say which columns, rows below and panel
-    a block has; ``work`` (3, M) and ``block`` (3, W) are room to work in.
+    ``first`` (S + 1,), ``below_start`` (S + 1,) and ``down_start`` (S + 1,) say which columns, rows below and panel
+    a block has; ``work`` (3, M) is room to work in.
     """
-    y0, y1, y2 = y[0], y[1], y[2]
-    sum0, sum1, sum2 = work[0], work[1], work[2]
-    for n in range(blocks.shape[0]):
-        s = blocks[n]
+    zero = down.dtype.type(0)
+    for s in range(first.shape[0] - 1):
         c = first[s]
         width = first[s + 1] - c
         r = below_start[s]
         count = width + below_start[s + 1] - r
-        padded = (width + 3) // 4 * 4
+        x0, x1, x2 = y[0, c : c + width], y[1, c : c + width], y[2, c : c + width]
+        p = down_start[s]
+        for t in range(0, count, LANES):
+            sum0 = sum1 = sum2 = spread(zero)
+            for k in range(min(width, t + LANES)):
+                column = load(down, p)
+                sum0 = add_product(sum0, column, x0[k])
+                sum1 = add_product(sum1, column, x1[k])
+                sum2 = add_product(sum2, column, x2[k])
+                p += LANES
+            store(work[0], t, sum0)
+            store(work[1], t, sum1)
+            store(work[2], t, sum2)
         for i in range(width):
-            block[0, i], block[1, i], block[2, i] = y0[c + i], y1[c + i], y2[c + i]
-        for i in range(width, padded):
-            block[0, i], block[1, i], block[2, i] = 0.0, 0.0, 0.0
-        _forward(panel[panel_start[s] : panel_start[s + 1]], count, padded, block, sum0, sum1, sum2)
-        for i in range(width):
-            y0[c + i], y1[c + i], y2[c + i] = sum0[i], sum1[i], sum2[i]
+            x0[i], x1[i], x2[i] = work[0, i], work[1, i], work[2, i]
         for i in range(width, count):
             q = below[r + i - width]
-            y0[q] += sum0[i]
-            y1[q] += sum1[i]
-            y2[q] += sum2[i]
+            y[0, q] += work[0, i]
+            y[1, q] += work[1, i]
+            y[2, q] += work[2, i]
 
 
-@lane_kernel
-def solve_backward(first, below_start, below, panel_start, panel, y, work, block):
+@kernel
+def solve_backward(first, below_start, below, up_start, up, y, work):
     """x = L^-T y for three columns, in place in ``y`` (3, N); arguments as in :func:`solve_forward`."""
-    y0, y1, y2 = y[0], y[1], y[2]
-    in0, in1, in2 = work[0], work[1], work[2]
+    zero = up.dtype.type(0)
     for s in range(first.shape[0] - 2, -1, -1):
         c = first[s]
         width = first[s + 1] - c
         r = below_start[s]
         count = width + below_start[s + 1] - r
-        padded = (width + 3) // 4 * 4
         for i in range(width):
-            in0[i], in1[i], in2[i] = y0[c + i], y1[c + i], y2[c + i]
+            work[0, i], work[1, i], work[2, i] = y[0, c + i], y[1, c + i], y[2, c + i]
         for i in range(width, count):
             q = below[r + i - width]
-            in0[i], in1[i], in2[i] = y0[q], y1[q], y2[q]
-        _backward(panel[panel_start[s] : panel_start[s + 1]], count, padded, in0, in1, in2, block)
-        for i in range(width):
-            y0[c + i], y1[c + i], y2[c + i] = block[0, i], block[1, i], block[2, i]
+            work[0, i], work[1, i], work[2, i] = y[0, q], y[1, q], y[2, q]
+        x0, x1, x2 = work[0], work[1], work[2]
+        p = up_start[s + 1]
+        for t in range(0, width, LANES):
+            sum0 = sum1 = sum2 = spread(zero)
+            for i in range(t, count):
+                row = load(up, p)
+                sum0 = add_product(sum0, row, x0[i])
+                sum1 = add_product(sum1, row, x1[i])
+                sum2 = add_product(sum2, row, x2[i])
+                p += LANES
+            store(work[3], 0, sum0)
+            store(work[4], 0, sum1)
+            store(work[5], 0, sum2)
+            for k in range(min(LANES, width - t)):
+                y[0, c + t + k], y[1, c + t + k], y[2, c + t + k] = work[3, k], work[4, k], work[5, k]
 
 
 @kernel

@@ -36,8 +36,10 @@ class Elimination:
     below_start: np.ndarray
     """(S + 1,) into ``below``: places, rising, of the rows that the columns of a block have below themselves."""
     below: np.ndarray
-    panel_start: np.ndarray
-    """(S + 1,) at which the panels begin, padded to a multiple of four columns."""
+    down_start: np.ndarray
+    """(S + 1,) at which the panels of the blocks begin, those for the forward half of a solve."""
+    up_start: np.ndarray
+    """(S + 1,) the same for the backward half, which begins with the last block: that of block s is at [s + 1]."""
 
     def fits(self, matrix: csr_matrix, largest: int) -> bool:
         """Whether a sorted ``matrix`` of the same places has this very pattern."""
@@ -64,10 +66,10 @@ def plan_elimination(matrix: csr_matrix, place: np.ndarray, largest: int) -> Eli
     turned[order] = np.arange(len(order))
     parent, earliest = _tree(blocks, first)
     below_start, below = fronts.rows_below(matrix.indptr, matrix.indices, order, turned, first, parent)
-    panel_start = starts((widths + np.diff(below_start)) * ((widths + 3) // 4 * 4))
     return Elimination(
-        matrix.indptr, matrix.indices, largest, order, turned, first, parent, earliest, below_start, below, panel_start
-    )
+        matrix.indptr, matrix.indices, largest, order, turned, first, parent, earliest, below_start, below,
+        *fronts.panel_starts(first, below_start),
+    )  # fmt: skip
 
 
 class Plans:

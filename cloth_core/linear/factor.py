@@ -6,11 +6,12 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from cloth_core.kernels import fronts, panels
+from cloth_core.kernels.lanes import LANES
 from cloth_core.linear.elimination import Plans
 from cloth_core.linear.holding import HeldRows
 
-LEAF = 24
-"""Vertices of the smallest blocks: larger ones waste products on zeros, smaller ones leave vector lanes empty."""
+LEAF = 40
+"""Vertices of the smallest blocks: larger ones waste products on zeros, smaller ones leave lanes empty."""
 
 SINGLE_BYTES = 500_000
 """Panels beyond this no longer stay near the processor, and are kept in single precision: reading them is what then
@@ -44,41 +45,37 @@ class Factor:
         largest = max(dense_limit, 1) if self.name == "dense" else LEAF
         self._plan = plan = (plans or Plans()).of(matrix, place, largest)
         self._order = plan.order if rows is None else rows[plan.order]
-        self._panel = np.zeros(plan.panel_start[-1])
+        self._down, self._up = np.empty(plan.down_start[-1]), np.empty(plan.up_start[0])
         fronts.factorise(
             matrix.indptr, matrix.indices, matrix.data, plan.order, plan.place, plan.first, plan.parent,
-            plan.below_start, plan.below, plan.panel_start, self._panel,
+            plan.below_start, plan.below, plan.down_start, self._down, plan.up_start, self._up,
         )  # fmt: skip
-        if self._panel.nbytes > SINGLE_BYTES:
-            self._panel = self._panel.astype(np.float32)
-        widths = np.diff(plan.first)
-        self._all = np.arange(len(widths))
-        self._y = np.empty((3, size))
-        self._work = np.empty((3, (widths + np.diff(plan.below_start)).max()))
-        self._block = np.empty((3, widths.max() + 3))
+        if self._down.nbytes > SINGLE_BYTES:
+            self._down, self._up = self._down.astype(np.float32), self._up.astype(np.float32)
+        tallest = (np.diff(plan.first) + np.diff(plan.below_start)).max()
+        self._y = np.empty((3, size), self._down.dtype)
+        self._work = np.empty((6, tallest + LANES), self._down.dtype)
         self._held: HeldRows | None = None
 
     @property
     def nbytes(self) -> int:
         """Memory of the panels."""
-        return int(self._panel.nbytes)
+        return int(self._down.nbytes + self._up.nbytes)
 
     def hold(self, rows: np.ndarray) -> None:
         """From now on keep these ``rows`` of the solution at given values, exactly, without a new factor."""
-        self._held = HeldRows(self._plan, self._panel, self._plan.place[rows]) if len(rows) else None
+        self._held = HeldRows(self._plan, self._down, self._plan.place[rows]) if len(rows) else None
 
     def solve(self, right_side: np.ndarray, solution: np.ndarray, wanted: np.ndarray | None = None) -> None:
         """A^-1 ``right_side`` into ``solution``, held rows at the ``wanted`` (K, 3) values."""
         plan = self._plan
         panels.gather(self._order, right_side, self._y)
         panels.solve_forward(
-            self._all, plan.first, plan.below_start, plan.below, plan.panel_start, self._panel,
-            self._y, self._work, self._block,
-        )  # fmt: skip
+            plan.first, plan.below_start, plan.below, plan.down_start, self._down, self._y, self._work
+        )
         if self._held is not None:
             self._held.impose(wanted, self._y)
         panels.solve_backward(
-            plan.first, plan.below_start, plan.below, plan.panel_start, self._panel,
-            self._y, self._work, self._block,
-        )  # fmt: skip
+            plan.first, plan.below_start, plan.below, plan.up_start, self._up, self._y, self._work
+        )
         panels.scatter(self._order, self._y, solution)

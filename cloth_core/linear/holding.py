@@ -17,11 +17,11 @@ class HeldRows:
 
     Args:
         plan: of the elimination.
-        panel: all panels of the factor, as :mod:`cloth_core.kernels.panels` describes them.
+        down: panels of the factor for the forward half of a solve, as :mod:`cloth_core.kernels.panels` describes them.
         places: (K,) of the held rows, in the order of the elimination.
     """
 
-    def __init__(self, plan: Elimination, panel: np.ndarray, places: np.ndarray) -> None:
+    def __init__(self, plan: Elimination, down: np.ndarray, places: np.ndarray) -> None:
         self._order = np.argsort(places, kind="stable")
         held = places[self._order]
         marked = np.zeros(len(plan.parent), dtype=np.bool_)
@@ -35,7 +35,7 @@ class HeldRows:
         self._response = np.empty(self._start[-1])
         number = np.cumsum(marked) - 1
         holding.respond(
-            self._path, plan.first, plan.parent, plan.below_start, plan.below, plan.panel_start, panel,
+            self._path, plan.first, plan.parent, plan.below_start, plan.below, plan.down_start, down,
             held, self._low, self._high, self._start, number, self._response,
         )  # fmt: skip
         self._upper = np.zeros((len(held), len(held)))
