@@ -21,9 +21,10 @@ class MomentumBalance:
     """
 
     def __init__(self, mesh: ClothMesh, mass: np.ndarray) -> None:
-        self._component = mesh.component
-        self._count = int(self._component.max()) + 1
-        self._mass = mass
+        self._component, self._mass = mesh.component, mass
+        changes = np.flatnonzero(np.diff(self._component)) + 1
+        begins, ends = np.append(0, changes), np.append(changes, len(self._component))
+        self._runs = np.column_stack([begins, ends, self._component[begins]]).astype(np.int64)
 
     def correct(
         self, place: np.ndarray, inertial: np.ndarray, moved: np.ndarray, held: np.ndarray, *, hanging: bool = True
@@ -37,26 +38,6 @@ class MomentumBalance:
             held: vertices that are pinned or grasped.
             hanging: correct parts that hang on a point or a line, too; the paper corrects free ones alone.
         """
-        free = np.ones(self._count, dtype=np.bool_)
-        free[self._component[held]] = False
-        error = inertial - moved
-        if free.any():
-            total, center, drift, inertia, twist = kernels.moments(
-                place, error, self._mass, self._component, free, self._count
-            )
-            shift, turn = kernels.rigid_motion(total, drift, inertia, twist)
-            kernels.add_rigid_displacement(place, center, shift, turn, self._component, free, moved)
-        if hanging and not free.all():
-            self._correct_hanging(place, error, moved, held)
-
-    def _correct_hanging(self, place: np.ndarray, error: np.ndarray, moved: np.ndarray, held: np.ndarray) -> None:
-        kind, center, along = kernels.hinges(place, held, self._component, self._count, COLLINEAR)
-        chosen = (kind == 1) | (kind == 2)
-        if not chosen.any():
-            return
-        inertia, twist = kernels.moments_about(place, error, self._mass, self._component, center, chosen)
-        _, turn = kernels.rigid_motion(chosen.astype(float), np.zeros_like(center), inertia, twist)
-        kernels.turn_about_lines(kind, along, inertia, twist, turn)
-        kept = moved[held]
-        kernels.add_rigid_displacement(place, center, np.zeros_like(center), turn, self._component, chosen, moved)
-        moved[held] = kept
+        kernels.balance(
+            place, inertial, moved, self._mass, self._runs, self._component, held.astype(np.int64), hanging, COLLINEAR
+        )
