@@ -28,7 +28,7 @@ class SolverConfig(Settings):
         0,
         low=0,
         high=200,
-        help="substeps in a step; 0: the integrator's own (implicit_midpoint: one for every 2 ms)",
+        help="substeps in a step; 0: the integrator's own (implicit_midpoint: one for every 2.5 ms)",
     )
     iterations: int = setting("int", 0, low=0, high=200, help="solves with W in a substep; 0: the integrator's own")
     stretch_sweeps: int = setting(

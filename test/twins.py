@@ -41,14 +41,14 @@ def elastic_forces(x, start, spring_vertex, rest, k, tension, viscosity):
     return force
 
 
-def carried(x, limited, spring_vertex, longest, k, strongest, kept, tension):
-    """New tensions: those of limited springs fade and grow by k times the excess, within 0 and the strongest."""
+def carried(x, taut, spring_vertex, longest, k, strongest, kept, tension):
+    """New tensions: those of taut springs fade and grow by k times the excess, within 0 and the strongest."""
     after = tension.copy()
-    for n, s in enumerate(limited):
+    for s in taut:
         i, j = spring_vertex[s]
-        excess = np.linalg.norm(x[j] - x[i]) - longest[n]
+        excess = np.linalg.norm(x[j] - x[i]) - longest[s]
         if excess > 0.0 or tension[s] > 0.0:
-            after[s] = np.clip(kept * tension[s] + k[s] * excess, 0.0, strongest[n])
+            after[s] = np.clip(kept * tension[s] + k[s] * excess, 0.0, strongest[s])
     return after
 
 
@@ -308,14 +308,16 @@ def balanced(x, inertial, moved, mass, held):
     return moved + hanging_correction(x, inertial, moved, mass, everyone, held)
 
 
-def bent(x, v, mass, bending, lasting, time, held, lag=0.0):
+def bent(x, v, mass, bending, lasting, time, held, lag, gravity):
     """Velocity after ``time`` s of bending viscosity, and the mean acceleration by bending over that time."""
-    m = np.diag(mass)
+    m, nothing = np.diag(mass), np.zeros((len(held), 3))
     damped = reduced_solve(m + time * lasting * bending, mass[:, None] * v, held, v[held])
     damped = balanced(x, v, damped, mass, held)
-    ahead = x + time * (damped + lag)
-    kick = reduced_solve(m + time**2 * bending, -time * bending @ ahead, held, np.zeros((len(held), 3)))
-    return damped, balanced(x, np.zeros_like(x), kick, mass, held) / time
+    falling = np.tile(time * np.asarray(gravity, float), (len(x), 1))
+    falling[held] = 0.0
+    impulse = mass[:, None] * falling - time * bending @ (x + time * (damped + lag))
+    change = reduced_solve(m + time**2 * bending, impulse, held, nothing) - falling
+    return damped, balanced(x, np.zeros_like(x), change, mass, held) / time
 
 
 def midpoint_step(
@@ -326,7 +328,7 @@ def midpoint_step(
     Held vertices stay; no stretch limit. The middle z solves M (z - y) = h^2 / 4 f(z), y the inertial middle. Each
     iteration replaces f by its value plus (1 + viscosity) times the constant Hessian L of springs without rest length.
     """
-    v, bending_acceleration = bent(x, v, mass, bending, bend_lasting, h, held, lag)
+    v, bending_acceleration = bent(x, v, mass, bending, bend_lasting, h, held, lag, gravity)
     laplacian = np.zeros((len(x), len(x)))
     for (i, j), stiffness in zip(spring_vertex, k, strict=True):
         e = np.zeros(len(x))

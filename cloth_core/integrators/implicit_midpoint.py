@@ -24,17 +24,23 @@ from cloth_core.integrators.model import Model, Substep
 from cloth_core.kernels import midpoint, springs, surface
 from cloth_core.physics.bending import LEAST_DAMPING, SLOWEST, Bending
 
-LONGEST_SUBSTEP = 0.002
+LONGEST_SUBSTEP = 0.0025
 """s; halving it halves the error of a stiff cloth and doubles the cost."""
 LEAST_STRETCH_DAMPING = 1e-4
 """s, the least ``stretch_damping`` that a cloth which bends is computed with: bending that is held for some substeps
 excites the fastest threads, which the rule itself does not damp."""
 
+USUAL_SWEEPS, TOLERATED_EXCESS = 6, 0.005
+"""After so many sweeps, more follow only for an excess above this ratio. Fewer would come and go with the excess, and
+what hangs still would tremble."""
+ALARMING_EXCESS = 0.006
+"""An excess that sweeps cannot cope with calls for another iteration, with the tensions that it gives rise to."""
+
 
 class ImplicitMidpoint:
-    """Default integrator: substeps of 2 ms, ``iterations`` 1, ``stretch_sweeps`` 6."""
+    """Default integrator: substeps of 2.5 ms, ``iterations`` 1, ``stretch_sweeps`` up to 30."""
 
-    iterations, stretch_sweeps = 1, 6
+    iterations, stretch_sweeps = 1, 30
     restrained = True
 
     def __init__(self, model: Model, substeps: int) -> None:
@@ -47,7 +53,7 @@ class ImplicitMidpoint:
         self._every = _longest_run(substeps, model.h)
         self._bending = self._bending_for(self._every * model.h) if model.bends else None
         shape = model.mesh.rest_position.shape
-        self._acceleration, self._force, self._right_side, self._change = (np.zeros(shape) for _ in range(4))
+        self._force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
         self._no_bending = np.zeros(shape)
 
     @staticmethod
@@ -59,7 +65,7 @@ class ImplicitMidpoint:
         """Take up the ``history`` of a state; an empty one means to start afresh."""
         mesh = self.model.mesh
         self._lag = np.array(history["lag"]) if "lag" in history else np.zeros((mesh.vertex_count, 3))
-        self._tension = np.array(history["tension"]) if "tension" in history else np.zeros(len(mesh.spring_rest))
+        self._tension = np.array(history["tension"]) if "tension" in history else self.model.limit.slack()
 
     def end(self) -> dict[str, np.ndarray]:
         """What the next step needs to go on exactly."""
@@ -79,38 +85,41 @@ class ImplicitMidpoint:
         """
         model = self.model
         if self._bending is not None and substep.number % self._every == 0:
-            velocity = self._bending.update(position, velocity, substep.held, self._lag)
-        self.accelerate(position, velocity, substep)
-        inertial = self.predict(position, velocity, substep)
-        middle = inertial.copy()
+            velocity = self._bending.update(position, velocity, self._lag, substep.gravity, substep.held)
+        inertial, middle = self.predict(position, velocity, substep)
         for number in range(self.iterations):
-            self.relax(position, inertial, middle, settled=number > 0)
-        model.balance.correct(middle, inertial, middle, substep.held)
-        moved = self.extrapolate(position, velocity, middle, substep)
-        model.limit.carry(moved, self._tension)
-        sweeps, excess = model.limit_stretch_in_contact(position, moved, substep)
-        return moved, model.settle(position, velocity, moved, substep), sweeps, excess
+            self.relax(position, inertial, middle, substep.held, settled=number > 0)
+        end, sweeps, excess = self.finish(position, inertial, middle, substep)
+        if excess > ALARMING_EXCESS and substep.sweeps > USUAL_SWEEPS and not model.contacts.touching:
+            self.relax(position, inertial, middle, substep.held, settled=True)
+            end, _, excess = self.finish(position, inertial, middle, substep)
+        midpoint.renew_lag(position, velocity, middle, substep.h, self._lag)
+        self._lag[substep.held] = 0.0
+        return end, model.settle(position, velocity, end, substep), sweeps, excess
 
-    def accelerate(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> None:
-        """What gravity, air and bending do, over the whole substep."""
-        model = self.model
-        self._force[:] = 0.0
+    def predict(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> tuple[np.ndarray, np.ndarray]:
+        """The middle of the substep by inertia, gravity, air and bending, (V, 3) m, and a copy of it to be moved.
+
+        Held vertices are halfway to their targets.
+        """
+        model, inertial, middle = self.model, self._inertial, np.empty_like(position)
+        bending = self._no_bending if self._bending is None else self._bending.acceleration
         if model.drag > 0.0:
-            shown, most = model.area_vectors(position), model.mesh.vertex_area
+            self._force[:] = 0.0
             surface.add_relative_drag(
-                velocity, substep.flow, shown, most, model.drag, model.mass, substep.h, self._force
-            )
-        bending = self._bending.acceleration if self._bending is not None else self._no_bending
-        midpoint.accelerations(self._force, model.mass, substep.gravity, bending, self._acceleration)
-
-    def predict(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> np.ndarray:
-        """The middle of the substep by inertia alone, (V, 3) m; held vertices halfway to their targets."""
-        inertial = np.empty_like(position)
-        midpoint.predict(position, velocity, self._lag, self._acceleration, substep.h, inertial)
+                velocity, substep.flow, model.area_vectors(position), model.mesh.vertex_area, model.drag, model.mass,
+                substep.h, self._force,
+            )  # fmt: skip
+        midpoint.predict(
+            position, velocity, self._lag, self._force, model.mass, bending, substep.gravity, substep.h, inertial
+        )
         inertial[substep.held] = 0.5 * (position[substep.held] + substep.target)
-        return inertial
+        middle[:] = inertial
+        return inertial, middle
 
-    def relax(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, *, settled: bool) -> None:
+    def relax(
+        self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray, *, settled: bool
+    ) -> None:
         """One local and one global step: springs choose their directions, W reconciles them with inertia.
 
         In terms of what ``middle`` still has to move, so that W need not be exact; ``settled`` says whether it
@@ -124,18 +133,26 @@ class ImplicitMidpoint:
             middle, position, mesh.spring_vertex, mesh.spring_rest, model.spring_stiffness, self._tension,
             self._viscosity, 0.25 * model.h * model.h, self._right_side,
         )  # fmt: skip
-        self._change[:] = 0.0  # held vertices are where they shall be
+        self._change[held] = 0.0  # they are where they shall be
         self._filter.solve(self._right_side, self._change)
         middle += self._change
 
-    def extrapolate(
-        self, position: np.ndarray, velocity: np.ndarray, middle: np.ndarray, substep: Substep
-    ) -> np.ndarray:
-        """The end of the substep, (V, 3) m, before anything limits it; ``middle`` becomes it."""
-        midpoint.extrapolate(position, velocity, substep.h, self._lag, middle)
-        middle[substep.held] = substep.target
-        self._lag[substep.held] = 0.0
-        return middle
+    def finish(
+        self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, substep: Substep
+    ) -> tuple[np.ndarray, int, float]:
+        """The end of the substep whose ``middle`` is known, (V, 3) m: as far again, then within the limits.
+
+        Returns:
+            It, the sweeps done, and the worst excess over the stretch limit in the last sweep.
+        """
+        model, end = self.model, np.empty_like(position)
+        model.balance.correct(middle, inertial, middle, substep.held)
+        midpoint.extrapolate(position, middle, end)
+        end[substep.held] = substep.target
+        model.limit.find(end, self._tension)
+        model.limit.carry(end, self._tension)
+        sweeps, excess = model.limit_stretch_in_contact(position, end, substep, USUAL_SWEEPS, TOLERATED_EXCESS)
+        return end, sweeps, excess
 
     def _bending_for(self, time: float) -> Bending:
         model, lasting = self.model, max(self.model.material.bend_damping, LEAST_DAMPING)

@@ -19,9 +19,8 @@ from cloth_core.physics.contacts import Contacts
 from cloth_core.physics.momentum import MomentumBalance
 from cloth_core.physics.stretch_limit import StretchLimit
 
-# A sweep that corrects less than this has nothing left to do.
-NEGLIGIBLE_EXCESS = 1e-5
-NEGLIGIBLE_PUSH = 1e-7
+NEGLIGIBLE_EXCESS, NEGLIGIBLE_PUSH = 1e-5, 1e-7
+"""A sweep that corrects less has nothing left to do: a ratio over the stretch limit, and m below a surface."""
 
 
 @dataclass(frozen=True)
@@ -106,10 +105,19 @@ class Model:
         surface.area_vectors(position, self.mesh.triangles, self._area_vector)
         return self._area_vector
 
-    def limit_stretch_in_contact(self, start: np.ndarray, position: np.ndarray, substep: Substep) -> tuple[int, float]:
+    def limit_stretch_in_contact(
+        self, start: np.ndarray, position: np.ndarray, substep: Substep, usual: int = 0, tolerated: float = 0.0
+    ) -> tuple[int, float]:
         """The loop at the end of Fig. 4: shorten springs, bring back onto surfaces with friction, repeat.
 
         Contacts stand inside the loop so that neither undoes the other.
+
+        Args:
+            start: (V, 3) m, where the substep began.
+            position: (V, 3) m, corrected in place.
+            substep: allows so many sweeps.
+            usual: sweeps after which an excess that is ``tolerated`` (a ratio) is left for the next substep.
+            tolerated: see ``usual``.
 
         Returns:
             Sweeps done, and the worst excess over the stretch limit met in the last one (a ratio).
@@ -121,7 +129,8 @@ class Model:
             pushed = self.contacts.push_out(position)
             self.contacts.apply_friction(start, position)
             sweep += 1
-            if excess < NEGLIGIBLE_EXCESS and pushed < NEGLIGIBLE_PUSH:
+            enough = tolerated if sweep >= usual else NEGLIGIBLE_EXCESS
+            if excess <= max(enough, NEGLIGIBLE_EXCESS) and pushed < NEGLIGIBLE_PUSH:
                 break
         return sweep, excess
 

@@ -2,48 +2,50 @@
 
 from __future__ import annotations
 
-from cloth_core.kernels import kernel
+from cloth_core.kernels import kernel, lane_kernel
 
 
-@kernel
-def predict(position, velocity, lag, acceleration, h, middle):
-    """Where inertia and ``acceleration`` (V, 3) m/s^2 lead in half a substep, into ``middle`` (V, 3) m."""
+@lane_kernel
+def predict(position, velocity, lag, force, mass, bending, gravity, h, middle):
+    """Where inertia, ``force`` (V, 3) N, ``bending`` (V, 3) m/s^2 and ``gravity`` lead in half a substep (V, 3) m."""
     half = 0.5 * h
+    gx, gy, gz = gravity[0], gravity[1], gravity[2]
+    for v in range(position.shape[0]):
+        share = 1.0 / mass[v]
+        ax = force[v, 0] * share + gx + bending[v, 0]
+        ay = force[v, 1] * share + gy + bending[v, 1]
+        az = force[v, 2] * share + gz + bending[v, 2]
+        middle[v, 0] = position[v, 0] + half * (velocity[v, 0] + lag[v, 0] + half * ax)
+        middle[v, 1] = position[v, 1] + half * (velocity[v, 1] + lag[v, 1] + half * ay)
+        middle[v, 2] = position[v, 2] + half * (velocity[v, 2] + lag[v, 2] + half * az)
+
+
+@lane_kernel
+def extrapolate(position, middle, end):
+    """As far again beyond the ``middle`` (V, 3) m of a substep as that is from ``position``, into ``end`` (V, 3) m."""
     for v in range(position.shape[0]):
         for a in range(3):
-            way = velocity[v, a] + lag[v, a] + half * acceleration[v, a]
-            middle[v, a] = position[v, a] + half * way
+            end[v, a] = 2.0 * middle[v, a] - position[v, a]
 
 
-@kernel
-def extrapolate(position, velocity, h, lag, middle):
-    """Turn the ``middle`` (V, 3) m of a substep into its end, in place, and renew the ``lag`` (V, 3) m/s.
+@lane_kernel
+def renew_lag(position, velocity, middle, h, lag):
+    """Renew the ``lag`` (V, 3) m/s after a substep of ``h`` s that began at ``position`` with ``velocity``.
 
-    The lag is the half step by which the velocity of the rule runs ahead of the mean velocity of the substep:
-    h / 2 times the mean acceleration.
+    It is the half step by which the velocity of the rule runs ahead of the mean velocity of the substep: h / 2 times
+    the mean acceleration.
     """
     for v in range(position.shape[0]):
         for a in range(3):
-            way = middle[v, a] - position[v, a]
-            lag[v, a] = 2.0 * way / h - velocity[v, a] - lag[v, a]
-            middle[v, a] += way
+            lag[v, a] = 2.0 * (middle[v, a] - position[v, a]) / h - velocity[v, a] - lag[v, a]
 
 
-@kernel
+@lane_kernel
 def displacement_velocity(start, end, scale, velocity):
     """``scale`` 1/s times the way from ``start`` to ``end`` (V, 3) m, into ``velocity`` (V, 3) m/s."""
     for v in range(start.shape[0]):
         for a in range(3):
             velocity[v, a] = (end[v, a] - start[v, a]) * scale
-
-
-@kernel
-def accelerations(force, mass, gravity, bending, acceleration):
-    """force / mass + ``gravity`` (3,) + ``bending`` (V, 3), into ``acceleration`` (V, 3) m/s^2."""
-    for v in range(force.shape[0]):
-        share = 1.0 / mass[v]
-        for a in range(3):
-            acceleration[v, a] = force[v, a] * share + gravity[a] + bending[v, a]
 
 
 @kernel

@@ -73,12 +73,12 @@ def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tensio
 
 
 @kernel
-def carry_limit(position, limited, spring_vertex, longest, stiffness, strongest, kept, tension):
-    """Let the ``limited`` (L,) springs carry by ``tension`` (S,) N what keeps them at ``longest`` (L,) m.
+def find_taut(position, limited, spring_vertex, shortest, tension, taut):
+    """List those of the ``limited`` springs (L,) that are longer than ``shortest`` (S,) m or under ``tension`` (S,) N.
 
-    A multiplier of the augmented Lagrangian: the share ``kept`` of what it was, plus stiffness * (length -
-    longest), never below zero, never above ``strongest`` (L,) N.
+    Returns how many there are; their numbers stand at the beginning of ``taut`` (L,).
     """
+    count = 0
     for n in range(limited.shape[0]):
         s = limited[n]
         i = spring_vertex[s, 0]
@@ -86,25 +86,46 @@ def carry_limit(position, limited, spring_vertex, longest, stiffness, strongest,
         dx = position[j, 0] - position[i, 0]
         dy = position[j, 1] - position[i, 1]
         dz = position[j, 2] - position[i, 2]
-        square = dx * dx + dy * dy + dz * dz
-        most = longest[n]
-        if square > most * most or tension[s] > 0.0:
-            carried = kept * tension[s] + stiffness[s] * (math.sqrt(square) - most)
-            tension[s] = min(max(carried, 0.0), strongest[n])
+        least = shortest[s]
+        if dx * dx + dy * dy + dz * dz > least * least or tension[s] > 0.0:
+            taut[count] = s
+            count += 1
+    return count
 
 
 @kernel
-def shorten_springs(position, spring_vertex, longest, inverse_mass, backward):
-    """One pass over the springs longer than ``longest`` (S,) m (paper, 3.3.2), in order or ``backward``.
+def carry_limit(position, taut, spring_vertex, longest, stiffness, strongest, kept, tension):
+    """Let the ``taut`` springs carry by ``tension`` (S,) N what keeps them at ``longest`` (S,) m.
+
+    A multiplier of the augmented Lagrangian: the share ``kept`` of what it was, plus stiffness * (length -
+    longest), never below zero, never above ``strongest`` (S,) N.
+    """
+    for n in range(taut.shape[0]):
+        s = taut[n]
+        i = spring_vertex[s, 0]
+        j = spring_vertex[s, 1]
+        dx = position[j, 0] - position[i, 0]
+        dy = position[j, 1] - position[i, 1]
+        dz = position[j, 2] - position[i, 2]
+        square = dx * dx + dy * dy + dz * dz
+        most = longest[s]
+        if square > most * most or tension[s] > 0.0:
+            carried = kept * tension[s] + stiffness[s] * (math.sqrt(square) - most)
+            tension[s] = min(max(carried, 0.0), strongest[s])
+
+
+@kernel
+def shorten_springs(position, taut, spring_vertex, longest, inverse_mass, backward):
+    """One pass over those of the ``taut`` springs that exceed ``longest`` (S,) m (paper, 3.3.2), maybe ``backward``.
 
     Both ends move along the spring's axis so that their centre of gravity stays; a vertex whose
     ``inverse_mass`` is zero stays and the other end moves all the way. Returns the largest excess
     met, as a share of ``longest``.
     """
-    count = spring_vertex.shape[0]
+    count = taut.shape[0]
     worst = 0.0
     for n in range(count):
-        s = count - 1 - n if backward else n
+        s = taut[count - 1 - n] if backward else taut[n]
         i = spring_vertex[s, 0]
         j = spring_vertex[s, 1]
         dx = position[j, 0] - position[i, 0]
@@ -130,6 +151,21 @@ def shorten_springs(position, spring_vertex, longest, inverse_mass, backward):
         position[j, 1] -= b * dy
         position[j, 2] -= b * dz
     return worst
+
+
+@kernel
+def any_longer(position, limited, spring_vertex, longest):
+    """Whether one of the ``limited`` springs is longer than ``longest`` (S,) m."""
+    for n in range(limited.shape[0]):
+        s = limited[n]
+        i = spring_vertex[s, 0]
+        j = spring_vertex[s, 1]
+        dx = position[j, 0] - position[i, 0]
+        dy = position[j, 1] - position[i, 1]
+        dz = position[j, 2] - position[i, 2]
+        if dx * dx + dy * dy + dz * dz > longest[s] * longest[s]:
+            return True
+    return False
 
 
 @kernel

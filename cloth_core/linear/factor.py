@@ -70,12 +70,8 @@ class Factor:
         """A^-1 ``right_side`` into ``solution``, held rows at the ``wanted`` (K, 3) values."""
         plan = self._plan
         panels.gather(self._order, right_side, self._y)
-        panels.solve_forward(
-            plan.first, plan.below_start, plan.below, plan.down_start, self._down, self._y, self._work
-        )
+        panels.solve_forward(plan.first, plan.below_start, plan.below, plan.down_start, self._down, self._y, self._work)
         if self._held is not None:
             self._held.impose(wanted, self._y)
-        panels.solve_backward(
-            plan.first, plan.below_start, plan.below, plan.up_start, self._up, self._y, self._work
-        )
+        panels.solve_backward(plan.first, plan.below_start, plan.below, plan.up_start, self._up, self._y, self._work)
         panels.scatter(self._order, self._y, solution)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from cloth_core.kernels import sparse
+from cloth_core.kernels import bending as kernels
 from cloth_core.linear import ImplicitFilter
 from cloth_core.physics.momentum import MomentumBalance
 
@@ -21,15 +21,17 @@ class Bending:
     """What hinges do to the cloth, as accelerations that hold for some substeps.
 
     Bending has a constant Hessian, so one solve is exact. It has matrices of its own, for beside springs that are
-    thousands of times stiffer a local/global iteration would take as many rounds to notice it. Viscosity acts
-    first and on velocities, so that what is at rest feels none of it.
+    thousands of times stiffer a local/global iteration would take as many rounds to notice it. The elastic solve is
+    a step of implicit Euler under gravity, of which bending's share is kept: without gravity, what is clamped would
+    sag too far. (With all that accelerates the cloth it trembles where it lies on something.) Viscosity acts first
+    and on velocities, so that what is at rest feels none of it.
 
     Args:
         matrix: (V, V) N/m, Hessian of the bending energy.
         mass: (V,) kg.
         balance: restores the momenta of free parts, which W does not keep.
         elastic: (M + time^2 B)^-1.
-        viscous: (M + time bend_damping B)^-1, or None.
+        viscous: (M + time bend_damping B)^-1.
         time: s between two solves.
     """
 
@@ -39,38 +41,54 @@ class Bending:
         mass: np.ndarray,
         balance: MomentumBalance,
         elastic: ImplicitFilter,
-        viscous: ImplicitFilter | None,
+        viscous: ImplicitFilter,
         time: float,
     ) -> None:
-        self._matrix, self._mass, self._balance, self._time = matrix, mass[:, None], balance, time
+        self._matrix, self._mass, self._balance, self._time = matrix, mass, balance, time
         self._elastic, self._viscous = elastic, viscous
-        self.acceleration, self._right_side, self._force = (np.zeros((len(mass), 3)) for _ in range(3))
+        shape = (len(mass), 3)
+        self.acceleration = np.zeros(shape)
+        self._ahead, self._impulse, self._change, self._nothing = (np.zeros(shape) for _ in range(4))
 
     def update(
-        self, position: np.ndarray, velocity: np.ndarray, held: np.ndarray, lag: np.ndarray | float = 0.0
+        self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, gravity: np.ndarray, held: np.ndarray
     ) -> np.ndarray:
         """Renew ``acceleration`` (V, 3) m/s^2 for the time to come.
 
         Args:
             position: (V, 3) m.
             velocity: (V, 3) m/s.
-            held: vertices that are pinned or grasped.
             lag: (V, 3) m/s, by which the motion is ahead of ``velocity``.
+            gravity: (3,) m/s^2.
+            held: vertices that are pinned or grasped.
 
         Returns:
             ``velocity`` after the viscosity, a new array.
         """
-        matrix, damped = self._matrix, velocity.copy()
-        if self._viscous is not None:
-            np.multiply(velocity, self._mass, out=self._right_side)
-            self._viscous.solve(self._right_side, damped)
-            self._balance.correct(position, velocity, damped, held)
-        kick = np.zeros_like(position)
-        np.add(damped, lag, out=self._right_side)
-        self._right_side *= self._time
-        self._right_side += position
-        sparse.product(matrix.indptr, matrix.indices, matrix.data, -self._time, self._right_side, self._force)
-        self._elastic.solve(self._force, kick)
-        self._balance.correct(position, np.zeros_like(kick), kick, held)
-        np.divide(kick, self._time, out=self.acceleration)
+        damped = self.damp(position, velocity, held)
+        self.bend(position, damped, lag, gravity, held)
         return damped
+
+    def damp(self, position: np.ndarray, velocity: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """(V, 3) m/s, what viscosity leaves of the ``velocity``."""
+        damped = velocity.copy()
+        np.multiply(velocity, self._mass[:, None], out=self._impulse)
+        self._viscous.solve(self._impulse, damped)
+        self._balance.correct(position, velocity, damped, held)
+        return damped
+
+    def bend(
+        self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, gravity: np.ndarray, held: np.ndarray
+    ) -> None:
+        """Renew ``acceleration``."""
+        matrix, time, change = self._matrix, self._time, self._change
+        kernels.look_ahead(position, velocity, lag, time, self._ahead)
+        kernels.add_up_impulses(
+            matrix.indptr, matrix.indices, matrix.data, self._ahead, self._mass, gravity, time, self._impulse
+        )
+        change[held] = 0.0
+        self._elastic.solve(self._impulse, change)
+        change -= time * gravity
+        change[held] = 0.0
+        self._balance.correct(position, self._nothing, change, held)
+        np.divide(change, time, out=self.acceleration)

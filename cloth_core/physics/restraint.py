@@ -40,11 +40,9 @@ class Restraint:
 
     def __init__(self, mesh: ClothMesh, material: Material, strongest: float) -> None:
         self._mesh, self._mass, self._strongest = mesh, mesh.vertex_mass(material), strongest
-        self._most = material.stretch_limit + MARGIN
-        limited = mesh.spring_limited
-        self._vertex = np.ascontiguousarray(mesh.spring_vertex[limited])
-        self._rest = mesh.spring_rest[limited]
-        self._limit = material.stretch_limit
+        self._limited, self._vertex = np.flatnonzero(mesh.spring_limited), mesh.spring_vertex
+        self._longest = mesh.spring_rest * (material.stretch_limit + MARGIN)
+        self._aim = mesh.spring_rest * (material.stretch_limit + AIM)
         self._hands: list[np.ndarray] = []
         self._pinned = np.zeros(0, np.int32)
 
@@ -70,16 +68,14 @@ class Restraint:
         return vertex
 
     def _overlong(self, position: np.ndarray) -> bool:
-        mesh = self._mesh
-        return springs.largest_stretch(position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited) > self._most
+        return springs.any_longer(position, self._limited, self._vertex, self._longest)
 
     def _sweep(self, end: np.ndarray, unmoved: np.ndarray) -> None:
         """Shorten what is too long, of which some vertices stay ``unmoved``."""
         inverse_mass = 1.0 / self._mass
         inverse_mass[unmoved] = 0.0
-        longest = self._rest * (self._limit + AIM)
         for number in range(SWEEPS):
-            worst = springs.shorten_springs(end, self._vertex, longest, inverse_mass, number % 2 == 1)
+            worst = springs.shorten_springs(end, self._limited, self._vertex, self._aim, inverse_mass, number % 2 == 1)
             if worst < 0.5 * (MARGIN - AIM):
                 break
 
@@ -92,6 +88,6 @@ class Restraint:
         fixed, welded = np.zeros(len(mass), np.bool_), np.zeros(len(mass), np.bool_)
         fixed[self._pinned] = True
         weld_overlong(
-            start, end, self._vertex, self._rest * self._most, self._strongest * h * h,
+            start, end, self._vertex[self._limited], self._longest[self._limited], self._strongest * h * h,
             parent, mass, way.copy(), pulled, way.copy(), fixed, welded, way,
         )  # fmt: skip

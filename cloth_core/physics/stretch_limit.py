@@ -13,37 +13,56 @@ FADE = 0.97
 limits by a quarter of a period, and so pumps energy into what swings."""
 
 
+SLACK = 0.02
+"""Springs that are shorter than their longest by more than this share are left out of a substep's sweeps."""
+
+
 class StretchLimit:
     """Shortens overlong springs in place, in a fixed order that alternates so that corrections cross the cloth."""
 
     def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
-        self._mesh = mesh
+        self._vertex = mesh.spring_vertex
         self._limited = np.flatnonzero(mesh.spring_limited)
-        self._vertex = np.ascontiguousarray(mesh.spring_vertex[self._limited])
-        rest = mesh.spring_rest[self._limited]
-        self._longest = rest * material.stretch_limit
+        self._longest = mesh.spring_rest * material.stretch_limit
+        self._shortest = (1.0 - SLACK) * self._longest
         self._stiffness = mesh.spring_stiffness(material)
         # As much again as the spring would pull with at twice its length: more would outweigh W.
-        self._strongest = self._stiffness[self._limited] * rest
+        self._strongest = self._stiffness * mesh.spring_rest
+        self._taut, self._room = self._limited, np.empty_like(self._limited)
         self._free_inverse_mass = 1.0 / mass
         self.hold(np.zeros(0, dtype=np.int32))
+
+    def slack(self) -> np.ndarray:
+        """(S,) N, no tension yet."""
+        return np.zeros(len(self._longest))
 
     def hold(self, held: np.ndarray) -> None:
         """From now on these vertices stay and the other end moves all the way."""
         self._inverse_mass = self._free_inverse_mass.copy()
         self._inverse_mass[held] = 0.0
 
+    def find(self, position: np.ndarray, tension: np.ndarray) -> None:
+        """Find what :meth:`carry` and :meth:`sweep` shall look at: the springs under tension, or nearly overlong.
+
+        Args:
+            position: (V, 3) m.
+            tension: (S,) N, by which springs at their limit pull beyond their stiffness.
+        """
+        count = kernels.find_taut(position, self._limited, self._vertex, self._shortest, tension, self._room)
+        self._taut = self._room[:count]
+
     def carry(self, position: np.ndarray, tension: np.ndarray) -> None:
-        """Update the ``tension`` (S,) N by which threads at their limit pull beyond their stiffness, in place.
+        """Update the ``tension`` (S,) N in place.
 
         Sweeps are local: what hangs on a few threads, they would have to lift anew in every substep, and they
         fall behind. What lasts is therefore carried by forces that W spreads over the cloth.
         """
         kernels.carry_limit(
-            position, self._limited, self._mesh.spring_vertex, self._longest,
-            self._stiffness, self._strongest, FADE, tension,
-        )  # fmt: skip
+            position, self._taut, self._vertex, self._longest, self._stiffness, self._strongest, FADE, tension
+        )
 
     def sweep(self, position: np.ndarray, number: int) -> float:
         """One pass over ``position`` (V, 3); odd numbers run backwards. Returns the worst excess it met (a ratio)."""
-        return kernels.shorten_springs(position, self._vertex, self._longest, self._inverse_mass, number % 2 == 1)
+        return kernels.shorten_springs(
+            position, self._taut, self._vertex, self._longest, self._inverse_mass, number % 2 == 1
+        )

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_matrix, diags
 
 from cloth_core import ClothMesh, Material
-from cloth_core.kernels import sparse
 from cloth_core.linear import bending_matrix, stretch_matrix
 from cloth_core.linear import factor as factor_module
 from cloth_core.linear.dissection import dissect
@@ -123,10 +122,3 @@ def test_a_good_order_keeps_the_factor_small():
     matrix, place = sheet(60, 60, "stretch")
     entries = Factor(matrix, place, SPARSE).nbytes / 8  # two panels in single precision
     assert 10 * 3600 < entries < 60 * 3600  # n log n; a band would have 60 n, the dense triangle 1,800 n
-
-
-def test_the_sparse_product_is_scipys():
-    matrix, _ = graph(11, 50, 120)
-    columns, result = np.random.default_rng(2).normal(size=(50, 3)), np.empty((50, 3))
-    sparse.product(matrix.indptr, matrix.indices, matrix.data, -0.3, columns, result)
-    np.testing.assert_allclose(result, -0.3 * (matrix @ columns), rtol=1e-12, atol=1e-12)

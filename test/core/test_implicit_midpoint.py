@@ -186,7 +186,7 @@ def test_an_undamped_swing_keeps_its_energy():
         swing = mass.sum() * 9.81 * 0.1 * (1 - np.sqrt(0.5))
         worst.append(np.abs(total).max() / swing)
         assert max(kinetic[-40:]) > 0.5 * swing and min(kinetic[-40:]) < 0.5 * swing  # it still swings
-    assert worst[1] < 0.005 and worst[1] < 0.5 * worst[0]
+    assert worst[1] < 0.006 and worst[1] < 0.5 * worst[0]
 
 
 def test_stretch_damping_leaves_a_turn_alone_and_ends_what_stretches():

@@ -1,0 +1,30 @@
+"""Bending by its constant Hessian: what goes into its implicit solve."""
+
+from __future__ import annotations
+
+from cloth_core.kernels import kernel, lane_kernel
+
+
+@lane_kernel
+def look_ahead(position, velocity, lag, time, ahead):
+    """Where ``velocity`` + ``lag`` (V, 3) m/s lead in ``time`` s, into ``ahead`` (V, 3) m."""
+    for v in range(position.shape[0]):
+        for a in range(3):
+            ahead[v, a] = position[v, a] + time * (velocity[v, a] + lag[v, a])
+
+
+@kernel
+def add_up_impulses(indptr, indices, data, ahead, mass, gravity, time, impulse):
+    """``time`` s times weight and the force of a Hessian at ``ahead`` (V, 3) m, into ``impulse`` (V, 3) N s."""
+    for v in range(mass.shape[0]):
+        x = y = z = 0.0
+        for p in range(indptr[v], indptr[v + 1]):
+            j = indices[p]
+            w = data[p]
+            x += w * ahead[j, 0]
+            y += w * ahead[j, 1]
+            z += w * ahead[j, 2]
+        m = mass[v]
+        impulse[v, 0] = time * (m * gravity[0] - x)
+        impulse[v, 1] = time * (m * gravity[1] - y)
+        impulse[v, 2] = time * (m * gravity[2] - z)
