@@ -125,7 +125,9 @@ class Model:
                 break
         return sweep, excess
 
-    def settle(self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep) -> np.ndarray:
+    def settle(
+        self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep
+    ) -> np.ndarray:
         """(V, 3) m/s, the velocity that a substep ends with: its displacement over h, damped, with impacts."""
         settled = np.empty_like(velocity)
         scale = math.exp(-self.material.damping * substep.h) / substep.h
