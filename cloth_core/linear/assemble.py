@@ -9,23 +9,49 @@ from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 
 
+class Assembly:
+    """What these matrices owe to a mesh, whatever its material, of which they are linear functions.
+
+    It never changes, so that solvers in several threads may share it.
+    """
+
+    def __init__(self, mesh: ClothMesh) -> None:
+        self._count = mesh.vertex_count
+        i, j = mesh.spring_vertex.T
+        rows, columns = np.concatenate([i, j, i, j]), np.concatenate([i, j, j, i])
+        springs = [
+            self._summed(rows, columns, np.concatenate([share, share, -share, -share]))
+            for share in mesh.spring_weight.T
+        ]
+        self._springs, self._weights = springs[0], [part.data for part in springs]
+        w = mesh.hinge_weight
+        values = w[:, :, None] * w[:, None, :]
+        rows, columns = np.repeat(mesh.hinge_vertex, 4, axis=1), np.tile(mesh.hinge_vertex, (1, 4))
+        self._hinges = self._summed(rows.ravel(), columns.ravel(), values.ravel())
+
+    def stretch(self, material: Material) -> csr_matrix:
+        """-H of eq. (4), symmetric and positive semi-definite, (V, V) N/m: k on the diagonal, -k between spring ends."""
+        shares = (material.stretch_warp, material.stretch_weft, material.shear, 1.0)
+        return self._like(self._springs, sum(k * weight for k, weight in zip(shares, self._weights, strict=True)))
+
+    def bending(self, material: Material) -> csr_matrix:
+        """Hessian of the quadratic bending energy, (V, V) N/m: bend * (weight outer weight) of every hinge."""
+        return self._like(self._hinges, material.bend * self._hinges.data)
+
+    def _summed(self, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> csr_matrix:
+        matrix = coo_matrix((values, (rows, columns)), shape=(self._count, self._count)).tocsr()
+        matrix.sum_duplicates()  # zeros stay: one pattern for all
+        return matrix
+
+    def _like(self, pattern: csr_matrix, data: np.ndarray) -> csr_matrix:
+        return csr_matrix((data, pattern.indices, pattern.indptr), shape=pattern.shape)
+
+
 def stretch_matrix(mesh: ClothMesh, material: Material) -> csr_matrix:
-    """-H of eq. (4), symmetric positive semi-definite, (V, V) N/m: k on the diagonal, -k between a spring's ends."""
-    i, j = mesh.spring_vertex.T
-    k = mesh.spring_stiffness(material)
-    return _assembled(mesh, [i, j, i, j], [i, j, j, i], [k, k, -k, -k])
+    """:meth:`Assembly.stretch` of a mesh of which nothing else is wanted."""
+    return Assembly(mesh).stretch(material)
 
 
 def bending_matrix(mesh: ClothMesh, material: Material) -> csr_matrix:
-    """Hessian of the quadratic bending energy, (V, V) N/m: bend * (weight outer weight) of every hinge."""
-    w = mesh.hinge_weight
-    values = material.bend * w[:, :, None] * w[:, None, :]
-    rows, columns = np.repeat(mesh.hinge_vertex, 4, axis=1), np.tile(mesh.hinge_vertex, (1, 4))
-    return _assembled(mesh, [rows.ravel()], [columns.ravel()], [values.ravel()])
-
-
-def _assembled(mesh: ClothMesh, rows: list, columns: list, values: list) -> csr_matrix:
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    matrix = coo_matrix(entries, shape=(mesh.vertex_count,) * 2).tocsr()
-    matrix.sum_duplicates()
-    return matrix
+    """:meth:`Assembly.bending` of a mesh of which nothing else is wanted."""
+    return Assembly(mesh).bending(material)
