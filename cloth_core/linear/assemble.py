@@ -30,7 +30,7 @@ class Assembly:
         self._hinges = self._summed(rows.ravel(), columns.ravel(), values.ravel())
 
     def stretch(self, material: Material) -> csr_matrix:
-        """-H of eq. (4), symmetric and positive semi-definite, (V, V) N/m: k on the diagonal, -k between spring ends."""
+        """-H of eq. (4), positive semi-definite, (V, V) N/m: k on the diagonal, -k between the ends of a spring."""
         shares = (material.stretch_warp, material.stretch_weft, material.shear, 1.0)
         return self._like(self._springs, sum(k * weight for k, weight in zip(shares, self._weights, strict=True)))
 
