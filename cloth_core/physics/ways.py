@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from cloth_core.kernels.panels import touching
@@ -27,13 +27,13 @@ class Ways:
         self._mesh, self._count = mesh, mesh.vertex_count
         is_sheet = len(mesh.hinge_vertex) > 0
         limited = mesh.spring_vertex[mesh.spring_limited]
-        self.part = connected_components(_graph(limited, np.ones(len(limited)), self._count), directed=False)[1]
+        self.part = connected_components(_linked(limited, self._count), directed=False)[1]
         """(V,): number of the part that limited springs join each vertex to."""
         self.detour = DETOUR if is_sheet else 1.0
         """Longest that a way of this graph is, over the shortest on the cloth."""
         self.straight = 1.0 if is_sheet else _shrinkage(mesh)
         """Shortest that the way between two vertices can be, over the straight line as placed."""
-        self._links = _graph(mesh.spring_vertex, np.ones(len(mesh.spring_vertex)), self._count)
+        self._links = _linked(mesh.spring_vertex, self._count)
         self._flat = np.zeros(self._count, dtype=bool)
         if is_sheet:
             self._flat = flat_and_convex(mesh.rest_position, mesh.triangles, mesh.component)
@@ -71,6 +71,13 @@ def _shrinkage(mesh: ClothMesh) -> float:
     limited, rest = mesh.spring_vertex[mesh.spring_limited], mesh.spring_rest[mesh.spring_limited]
     placed = np.linalg.norm(np.diff(mesh.rest_position[limited], axis=1)[:, 0], axis=1)
     return float(min(1.0, (rest / np.maximum(placed, 1e-12)).min(initial=1.0)))
+
+
+def _linked(pairs: np.ndarray, count: int) -> csr_matrix:
+    """Who is linked to whom, symmetric."""
+    i, j = pairs.T
+    ends = np.concatenate([i, j]), np.concatenate([j, i])
+    return coo_matrix((np.ones(2 * len(pairs), dtype=np.int8), ends), shape=(count, count)).tocsr()
 
 
 def _graph(pairs: np.ndarray, length: np.ndarray, count: int) -> csr_matrix:
