@@ -72,6 +72,8 @@ class Pose:
 
     def rotation_vector_to(self, other: Pose) -> np.ndarray:
         """(3,) rad: axis times angle of the shortest turn from here to ``other``, in the world."""
+        if self.orientation == other.orientation:
+            return np.zeros(3)
         ax, ay, az, aw = self.orientation
         bx, by, bz, bw = other.orientation
         # other * conjugate(self)
@@ -83,7 +85,7 @@ class Pose:
             ]
         )
         cosine = bw * aw + bx * ax + by * ay + bz * az
-        sine = float(np.linalg.norm(turn))
+        sine = math.hypot(*turn)
         if sine < 1e-15:
             return np.zeros(3)
         angle = 2.0 * math.atan2(sine, abs(cosine))
@@ -91,7 +93,7 @@ class Pose:
 
     def turned(self, rotation_vector: np.ndarray) -> tuple[float, float, float, float]:
         """The orientation after a further turn by ``rotation_vector`` (world axes, rad)."""
-        angle = float(np.linalg.norm(rotation_vector))
+        angle = math.hypot(*rotation_vector)
         if angle < 1e-15:
             return self.orientation
         x, y, z = (float(c) for c in np.asarray(rotation_vector) * (math.sin(angle / 2) / angle))

@@ -37,7 +37,8 @@ class Meyer2000:
         return 1
 
     def begin(self, history: Mapping[str, np.ndarray]) -> None:
-        """The paper's step remembers nothing."""
+        """The paper's step remembers nothing, but the default one may have left velocities that run ahead."""
+        self._ahead = history.get("lag")
 
     def end(self) -> dict[str, np.ndarray]:
         """Nothing."""
@@ -52,6 +53,8 @@ class Meyer2000:
             New position, new velocity, sweeps done, worst excess over the stretch limit in the last sweep.
         """
         model, dt = self.model, substep.h
+        if self._ahead is not None:
+            velocity, self._ahead = velocity + self._ahead, None
         outer = self.secondary_forces(position, substep) + model.mass[:, None] * substep.gravity
         force = self.internal_forces(position, velocity, dt) + outer
         moved = position + dt * self.filtered_velocity(force, position, velocity, substep)

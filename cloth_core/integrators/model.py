@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 
 from cloth_core.config import SolverConfig
 from cloth_core.kernels import midpoint, surface
-from cloth_core.linear import ImplicitFilter, Plans, bending_matrix, stretch_matrix
+from cloth_core.linear import Assembly, ImplicitFilter, Plans
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
@@ -58,17 +58,18 @@ class Model:
         *,
         h: float,
         pinned: np.ndarray,
+        assembly: Assembly | None = None,
         plans: Plans | None = None,
     ) -> None:
         self.mesh, self.material, self.config = mesh, material, config
         self.mass = mesh.vertex_mass(material)
         self.spring_stiffness = mesh.spring_stiffness(material)
-        self.stretch = stretch_matrix(mesh, material)
-        self.bending = bending_matrix(mesh, material)
+        assembly = assembly or Assembly(mesh)
+        self.stretch, self.bending = assembly.stretch(material), assembly.bending(material)
         self.bends = material.bend > 0.0 and len(mesh.hinge_vertex) > 0
         self.h = h
         self._pinned, self._filters = pinned, []
-        self.plans = plans or Plans()
+        self._plans = plans or Plans()
         self.balance = MomentumBalance(mesh, self.mass)
         self.limit = StretchLimit(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
@@ -81,7 +82,7 @@ class Model:
         made = ImplicitFilter(
             self.mass, stiffness, scale,
             place=self.mesh.rest_position, pinned=self._pinned, dense_limit=self.config.dense_limit,
-            plans=self.plans,
+            plans=self._plans,
         )  # fmt: skip
         self._filters.append(made)
         return made
@@ -134,7 +135,9 @@ class Model:
                 break
         return sweep, excess
 
-    def settle(self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep) -> np.ndarray:
+    def settle(
+        self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep
+    ) -> np.ndarray:
         """(V, 3) m/s, the velocity that a substep ends with: its displacement over h, damped, with impacts."""
         settled = np.empty_like(velocity)
         scale = math.exp(-self.material.damping * substep.h) / substep.h

@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 from cloth_core.config import SolverConfig
 from cloth_core.inputs import Grasp
 from cloth_core.physics.grasping import followed_pose
-from cloth_core.physics.reach import PINS, Reach, Tether
+from cloth_core.physics.reach import PINS, Reach, Tether, Tethers
 from cloth_core.pose import Pose
 from cloth_core.state import Grip
 
@@ -117,21 +117,23 @@ class _Ends:
         grip = self._grips[name]
         return float(np.linalg.norm(pose.apply(grip.offset) - grip.pose.apply(grip.offset), axis=1).max(initial=0.0))
 
-    def excess(self, tethers: list[Tether], name: str, pose: Pose, poses: Mapping[str, Pose]) -> float:
+    def excess(self, tethers: Tethers, name: str, pose: Pose, poses: Mapping[str, Pose]) -> float:
         """m of cloth that are missing if the grip ``name`` stood at ``pose`` and the others at ``poses``."""
         poses = {**poses, name: pose}
         mine = (tether for tether in tethers if name in (tether.first, tether.second))
         return max(float((self.apart(tether, poses)[2] - tether.longest).max()) for tether in mine)
 
 
-def _within_reach(tethers: list[Tether], ends: _Ends, wanted: Mapping[str, Pose]) -> dict[str, Pose]:
+def _within_reach(tethers: Tethers, ends: _Ends, wanted: Mapping[str, Pose]) -> dict[str, Pose]:
     """The poses nearest to those ``wanted`` that the cloth allows, more or less.
 
     Whoever moves gives way, in the ratio of the ways they want to go; where the cloth asks for more than the
     limit already, it may stay so, but no more.
     """
-    over = [tether for tether in tethers if _worst(tether, tether.longest, ends, wanted)[0] > NEGLIGIBLE]
-    if not over:
+    places = [ends.places(name, rim, wanted) for name, rim in tethers.rims.items()]
+    if not tethers or tethers.slack(np.concatenate(places), NEGLIGIBLE):  # as far as straight lines reach: mostly
+        return dict(wanted)
+    if not any(_worst(tether, tether.longest, ends, wanted)[0] > NEGLIGIBLE for tether in tethers):
         return dict(wanted)
     longest = {id(t): np.maximum(t.longest, ends.apart(t, ends.now)[2]) for t in tethers}
     way = {name: ends.way(name, pose) for name, pose in wanted.items()} | {PINS: 0.0}
@@ -158,7 +160,7 @@ def _worst(tether: Tether, longest: np.ndarray, ends: _Ends, poses: Mapping[str,
 
 
 def _cut(
-    tethers: list[Tether], longest: Mapping[int, np.ndarray], ends: _Ends, poses: Mapping[str, Pose]
+    tethers: Tethers, longest: Mapping[int, np.ndarray], ends: _Ends, poses: Mapping[str, Pose]
 ) -> dict[str, Pose]:
     """Half of the way to ``poses``, or half of that, ... for all whose tethers are too short."""
     share = dict.fromkeys(ends.now, 1.0)

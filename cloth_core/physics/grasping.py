@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -48,7 +49,9 @@ def followed_pose(grip: Grip, grasp: Grasp, config: SolverConfig) -> Pose:
 
 def toward(start: Pose, goal: Pose, time: float, config: SolverConfig, share: float = 1.0) -> Pose:
     """The pose a ``share`` of the way from ``start`` to ``goal``, or less if it takes more than ``time`` s."""
-    way = float(np.linalg.norm(np.subtract(goal.position, start.position)))
-    turn = float(np.linalg.norm(start.rotation_vector_to(goal)))
+    if start == goal:
+        return goal
+    way = math.dist(goal.position, start.position)
+    turn = math.hypot(*start.rotation_vector_to(goal))
     fastest = min(config.max_grasp_speed * time / max(way, 1e-12), config.max_grasp_turn * time / max(turn, 1e-12))
     return start.toward(goal, min(share, fastest))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -35,11 +36,13 @@ class Hands:
         self._holding = {name: grip for name, grip in followed.grips.items() if len(grip.vertex)}
         self._pose = {name: grip.pose for name, grip in self._holding.items()}
         self._before = self._pose
+        self._rows: dict[str, np.ndarray] = {}
 
     def targets(self, number: int, held: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Go on to the end of substep ``number``, from 0; (len(held), 3) m, where the ``held`` vertices shall be then.
 
-        Pinned vertices stay at their ``position`` (V, 3) m, grasped ones ride in their gripper's frame.
+        ``held`` is the same in all of them. Pinned vertices stay at their ``position`` (V, 3) m, grasped ones ride in
+        their gripper's frame.
         """
         left, time = self._substeps - number, SLACK * self._config.dt / self._substeps
         self._before = self._pose
@@ -49,7 +52,9 @@ class Hands:
         }
         target = position[held]
         for name, grip in self._holding.items():
-            target[np.searchsorted(held, grip.vertex)] = self._pose[name].apply(grip.offset)
+            if number == 0:
+                self._rows[name] = np.searchsorted(held, grip.vertex)
+            target[self._rows[name]] = self._pose[name].apply(grip.offset)
         return target
 
     def hold_back(self, restrained: np.ndarray, start: np.ndarray, end: np.ndarray) -> None:
@@ -82,4 +87,4 @@ class Hands:
 
 
 def _between(one: Pose, other: Pose) -> float:
-    return float(np.linalg.norm(np.subtract(one.position, other.position)))
+    return math.dist(one.position, other.position)
