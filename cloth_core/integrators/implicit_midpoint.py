@@ -59,7 +59,7 @@ class ImplicitMidpoint:
         """Take up the ``history`` of a state; an empty one means to start afresh."""
         mesh = self.model.mesh
         self._lag = np.array(history["lag"]) if "lag" in history else np.zeros((mesh.vertex_count, 3))
-        self._tension = np.array(history["tension"]) if "tension" in history else np.zeros(len(mesh.spring_rest))
+        self._tension = np.array(history["tension"]) if "tension" in history else self.model.limit.slack()
 
     def end(self) -> dict[str, np.ndarray]:
         """What the next step needs to go on exactly."""
@@ -120,10 +120,14 @@ class ImplicitMidpoint:
         self._right_side[:] = 0.0
         if settled:
             midpoint.add_inertia(model.mass, inertial, middle, self._right_side)
-        springs.add_elastic_impulses(
-            middle, position, mesh.spring_vertex, mesh.spring_rest, model.spring_stiffness, self._tension,
-            self._viscosity, 0.25 * model.h * model.h, self._right_side,
-        )  # fmt: skip
+        scale = 0.25 * model.h * model.h
+        if model.membrane is not None:
+            model.membrane.add_impulses(middle, position, self._tension, self._viscosity, scale, self._right_side)
+        else:
+            springs.add_elastic_impulses(
+                middle, position, mesh.spring_vertex, mesh.spring_rest, model.spring_stiffness, self._tension,
+                self._viscosity, scale, self._right_side,
+            )  # fmt: skip
         self._change[:] = 0.0  # held vertices are where they shall be
         self._filter.solve(self._right_side, self._change)
         middle += self._change

@@ -65,9 +65,12 @@ class Meyer2000:
         """Springs, bending, and the artificial viscosity dt H v that implicit integration amounts to, (V, 3) N."""
         mesh, material = self.model.mesh, self.model.material
         self._force[:] = 0.0
-        springs.add_spring_forces(
-            position, velocity, mesh.spring_vertex, mesh.spring_rest, self.model.spring_stiffness, dt, self._force
-        )
+        if self.model.membrane is not None:
+            self.model.membrane.add_forces(position, velocity, dt, self._force)
+        else:
+            springs.add_spring_forces(
+                position, velocity, mesh.spring_vertex, mesh.spring_rest, self.model.spring_stiffness, dt, self._force
+            )
         if self.model.bends:
             lasting = dt + material.bend_damping
             springs.add_hinge_forces(

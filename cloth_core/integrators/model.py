@@ -16,8 +16,10 @@ from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
 from cloth_core.physics.contacts import Contacts
+from cloth_core.physics.membrane import Membrane
 from cloth_core.physics.momentum import MomentumBalance
 from cloth_core.physics.stretch_limit import StretchLimit
+from cloth_core.physics.thread_limit import ThreadLimit
 
 # A sweep that corrects less than this has nothing left to do.
 NEGLIGIBLE_EXCESS = 1e-5
@@ -69,7 +71,9 @@ class Model:
         self.h = h
         self._pinned, self._filters = pinned, []
         self.balance = MomentumBalance(mesh, self.mass)
-        self.limit = StretchLimit(mesh, material, self.mass)
+        woven = mesh.is_membrane(material)
+        self.membrane = Membrane(mesh, material) if woven else None
+        self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
         self.drag = 0.5 * config.air_density * material.drag
         self.free = np.ones(mesh.vertex_count, dtype=np.bool_)

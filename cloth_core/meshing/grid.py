@@ -12,6 +12,7 @@ from cloth_core.meshing.areas import vertex_areas
 from cloth_core.meshing.directions import SHEAR, WARP, WEFT
 from cloth_core.meshing.faults import ATOM, LARGEST_COORDINATE, SLIVER
 from cloth_core.meshing.hinges import hinges
+from cloth_core.meshing.threads import slopes
 
 
 def fields(width: float, height: float, columns: int, rows: int) -> dict[str, Any]:
@@ -31,6 +32,8 @@ def fields(width: float, height: float, columns: int, rows: int) -> dict[str, An
         spring_rest=np.linalg.norm(position[springs[:, 0]] - position[springs[:, 1]], axis=1),
         spring_weight=weight,
         spring_limited=limited,
+        spring_bias=np.ones(len(springs)),
+        triangle_slope=slopes(position, triangles, np.array([0.0, 1.0, 0.0])),
         hinge_vertex=hinge_vertex,
         hinge_weight=hinge_weight,
         vertex_area=vertex_areas(position, triangles),
@@ -83,6 +86,9 @@ def _springs(number: np.ndarray, dx: float, dy: float) -> tuple[np.ndarray, np.n
     weight[x:y, WARP] = share_y.ravel() * dx / dy
     # Shearing a cell by g lengthens each diagonal by g dx dy / length; the two together store shear/2 g^2 per area.
     weight[y:, SHEAR] = (dx * dx + dy * dy) / (2 * dx * dy)
+    # What the diagonals carry along the threads, these do not.
+    weight[:x, SHEAR] = -share_x.ravel() * dx / dy
+    weight[x:y, SHEAR] = -share_y.ravel() * dy / dx
     order = np.lexsort((springs.max(axis=1), springs.min(axis=1)))
     return springs[order].astype(np.int32), weight[order], (np.arange(len(springs)) < y)[order]
 

@@ -52,6 +52,8 @@ def fields(
         spring_rest=rest,
         spring_weight=weight,
         spring_limited=held,
+        spring_bias=np.ones(len(springs)),
+        triangle_slope=np.zeros((0, 3, 2)),
         hinge_vertex=np.zeros((0, 4), np.int32),
         hinge_weight=np.zeros((0, 4)),
         vertex_area=vertex_areas(position, triangles),

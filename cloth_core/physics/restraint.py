@@ -43,7 +43,7 @@ class Restraint:
         self._most = material.stretch_limit + MARGIN
         limited = mesh.spring_limited
         self._vertex = np.ascontiguousarray(mesh.spring_vertex[limited])
-        self._rest = mesh.spring_rest[limited]
+        self._rest = mesh.limit_rest[limited]
         self._limit = material.stretch_limit
         self._hands: list[np.ndarray] = []
         self._pinned = np.zeros(0, np.int32)
@@ -71,7 +71,7 @@ class Restraint:
 
     def _overlong(self, position: np.ndarray) -> bool:
         mesh = self._mesh
-        return springs.largest_stretch(position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited) > self._most
+        return springs.largest_stretch(position, mesh.spring_vertex, mesh.limit_rest, mesh.spring_limited) > self._most
 
     def _sweep(self, end: np.ndarray, unmoved: np.ndarray) -> None:
         """Shorten what is too long, of which some vertices stay ``unmoved``."""

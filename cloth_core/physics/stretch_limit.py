@@ -13,18 +13,14 @@ FADE = 0.97
 limits by a quarter of a period, and so pumps energy into what swings."""
 
 
-class StretchLimit:
-    """Shortens overlong springs in place, in a fixed order that alternates so that corrections cross the cloth."""
+class HeldMasses:
+    """How easily vertices give way to corrections: by their mass, and not at all where they are held.
 
-    def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
-        self._mesh = mesh
-        self._limited = np.flatnonzero(mesh.spring_limited)
-        self._vertex = np.ascontiguousarray(mesh.spring_vertex[self._limited])
-        rest = mesh.spring_rest[self._limited]
-        self._longest = rest * material.stretch_limit
-        self._stiffness = mesh.spring_stiffness(material)
-        # As much again as the spring would pull with at twice its length: more would outweigh W.
-        self._strongest = self._stiffness[self._limited] * rest
+    Args:
+        mass: (V,) kg.
+    """
+
+    def __init__(self, mass: np.ndarray) -> None:
         self._free_inverse_mass = 1.0 / mass
         self.hold(np.zeros(0, dtype=np.int32))
 
@@ -32,6 +28,26 @@ class StretchLimit:
         """From now on these vertices stay and the other end moves all the way."""
         self._inverse_mass = self._free_inverse_mass.copy()
         self._inverse_mass[held] = 0.0
+
+
+class StretchLimit(HeldMasses):
+    """Shortens overlong springs in place, in a fixed order that alternates so that corrections cross the cloth."""
+
+    def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
+        super().__init__(mass)
+        self._mesh = mesh
+        self._limited = np.flatnonzero(mesh.spring_limited)
+        self._vertex = np.ascontiguousarray(mesh.spring_vertex[self._limited])
+        rest = mesh.spring_rest[self._limited]
+        self._longest = rest * material.stretch_limit
+        # That of the cloth along the thread, whatever part of it the diagonals of a grid have.
+        self._stiffness = np.maximum(mesh.spring_weight, 0.0) @ np.array([*material.sheet_stiffness(), 1.0])
+        # As much again as the spring would pull with at twice its length: more would outweigh W.
+        self._strongest = self._stiffness[self._limited] * rest
+
+    def slack(self) -> np.ndarray:
+        """(S,) N, no tension yet."""
+        return np.zeros(len(self._mesh.spring_rest))
 
     def carry(self, position: np.ndarray, tension: np.ndarray) -> None:
         """Update the ``tension`` (S,) N by which threads at their limit pull beyond their stiffness, in place.

@@ -1,0 +1,160 @@
+"""The sheet as triangles of constant strain: gauges in four directions, and the stretch limit of warp and weft.
+
+A triangle's deformation gradient has two columns, what a metre of warp and a metre of weft have become: sums over
+its corners of ``slope`` (T, 3, 2) 1/m times position. A gauge of direction d reads the length of F d.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cloth_core.kernels import kernel
+
+
+@kernel
+def column(values, triangles, slope, t, k, into):
+    """Column ``k`` of the gradient of ``values`` (V, 3) over triangle ``t``, into ``into`` (3,)."""
+    for a in range(3):
+        into[a] = 0.0
+    for n in range(3):
+        v = triangles[t, n]
+        w = slope[t, n, k]
+        for a in range(3):
+            into[a] += w * values[v, a]
+
+
+@kernel
+def add_membrane_forces(
+    position, velocity, triangles, slope, area, direction, modulus, viscosity_time, force
+):  # fmt: skip
+    """Add the forces of all gauges to ``force`` (V, 3) N, with the paper's viscosity: modulus * dt * rate of F d.
+
+    ``area`` (T,) m^2, ``direction`` (D, 2), ``modulus`` (D,) N/m, ``viscosity_time`` s.
+    """
+    stretched = np.empty((2, 3))
+    rate = np.empty((2, 3))
+    pull = np.empty((2, 3))
+    for t in range(triangles.shape[0]):
+        for k in range(2):
+            column(position, triangles, slope, t, k, stretched[k])
+            column(velocity, triangles, slope, t, k, rate[k])
+        pull[:] = 0.0
+        for d in range(direction.shape[0]):
+            p, q = direction[d, 0], direction[d, 1]
+            square = 0.0
+            for a in range(3):
+                square += (p * stretched[0, a] + q * stretched[1, a]) ** 2
+            share = 1.0 - 1.0 / math.sqrt(square) if square > 0.0 else 0.0
+            stiffness = area[t] * modulus[d]
+            for a in range(3):
+                along = p * stretched[0, a] + q * stretched[1, a]
+                drag = viscosity_time * (p * rate[0, a] + q * rate[1, a])
+                pull[0, a] += stiffness * p * (share * along + drag)
+                pull[1, a] += stiffness * q * (share * along + drag)
+        for n in range(3):
+            v = triangles[t, n]
+            for a in range(3):
+                force[v, a] -= slope[t, n, 0] * pull[0, a] + slope[t, n, 1] * pull[1, a]
+
+
+@kernel
+def add_membrane_impulses(
+    position, start, triangles, slope, area, direction, modulus, tension, viscosity, scale, right_side
+):
+    """Add ``scale`` s^2 times the force of every gauge to ``right_side`` (V, 3) kg m.
+
+    A gauge of stiffness area * modulus pulls with stiffness * (length - 1), plus the ``tension`` (T, 2) J of its
+    stretch limit if it is the first (warp) or second (weft), plus stiffness * ``viscosity`` times what it lengthened
+    since ``start`` along its own direction: a rigid rotation is not damped.
+    """
+    for t in range(triangles.shape[0]):
+        i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        # Two shares follow from the third: they add up to one everywhere.
+        p1, q1, p2, q2 = slope[t, 1, 0], slope[t, 1, 1], slope[t, 2, 0], slope[t, 2, 1]
+        xi, yi, zi = position[i, 0], position[i, 1], position[i, 2]
+        x1, y1, z1 = position[j, 0] - xi, position[j, 1] - yi, position[j, 2] - zi
+        x2, y2, z2 = position[k, 0] - xi, position[k, 1] - yi, position[k, 2] - zi
+        ux, uy, uz = p1 * x1 + p2 * x2, p1 * y1 + p2 * y2, p1 * z1 + p2 * z2
+        vx, vy, vz = q1 * x1 + q2 * x2, q1 * y1 + q2 * y2, q1 * z1 + q2 * z2
+        xi, yi, zi = start[i, 0], start[i, 1], start[i, 2]
+        x1, y1, z1 = start[j, 0] - xi, start[j, 1] - yi, start[j, 2] - zi
+        x2, y2, z2 = start[k, 0] - xi, start[k, 1] - yi, start[k, 2] - zi
+        ax, ay, az = ux - p1 * x1 - p2 * x2, uy - p1 * y1 - p2 * y2, uz - p1 * z1 - p2 * z2
+        bx, by, bz = vx - q1 * x1 - q2 * x2, vy - q1 * y1 - q2 * y2, vz - q1 * z1 - q2 * z2
+        warp_x = warp_y = warp_z = 0.0
+        weft_x = weft_y = weft_z = 0.0
+        for d in range(direction.shape[0]):
+            p, q = direction[d, 0], direction[d, 1]
+            ex, ey, ez = p * ux + q * vx, p * uy + q * vy, p * uz + q * vz
+            square = ex * ex + ey * ey + ez * ez
+            if square == 0.0:
+                continue
+            length = math.sqrt(square)
+            gain = ex * (p * ax + q * bx) + ey * (p * ay + q * by) + ez * (p * az + q * bz)
+            stiffness = area[t] * modulus[d]
+            limit = tension[t, d] if d < 2 else 0.0
+            c = scale * ((stiffness * (length - 1.0) + limit) / length + stiffness * viscosity * gain / square)
+            warp_x += c * p * ex
+            warp_y += c * p * ey
+            warp_z += c * p * ez
+            weft_x += c * q * ex
+            weft_y += c * q * ey
+            weft_z += c * q * ez
+        for n in range(3):
+            v = triangles[t, n]
+            p, q = slope[t, n, 0], slope[t, n, 1]
+            right_side[v, 0] -= p * warp_x + q * weft_x
+            right_side[v, 1] -= p * warp_y + q * weft_y
+            right_side[v, 2] -= p * warp_z + q * weft_z
+
+
+@kernel
+def carry_thread_limit(position, triangles, slope, longest, stiffness, kept, tension):
+    """Let the threads of the triangles carry by ``tension`` (T, 2) J what keeps them at ``longest``, a ratio.
+
+    As ``springs.carry_limit``, with ``stiffness`` (T, 2) J; never more than that, the pull at twice the length.
+    """
+    thread = np.empty(3)
+    for t in range(triangles.shape[0]):
+        for k in range(2):
+            column(position, triangles, slope, t, k, thread)
+            square = thread[0] * thread[0] + thread[1] * thread[1] + thread[2] * thread[2]
+            if square > longest * longest or tension[t, k] > 0.0:
+                carried = kept * tension[t, k] + stiffness[t, k] * (math.sqrt(square) - longest)
+                tension[t, k] = min(max(carried, 0.0), stiffness[t, k])
+
+
+@kernel
+def shorten_threads(position, triangles, slope, longest, inverse_mass, backward):
+    """One pass over the threads of the triangles that are longer than ``longest``, a ratio, in order or ``backward``.
+
+    As ``springs.shorten_springs``: corners move along the thread so that their centre of gravity stays; one whose
+    ``inverse_mass`` is zero stays. Returns the largest excess met, as a share of ``longest``.
+    """
+    count = 2 * triangles.shape[0]
+    worst = 0.0
+    thread = np.empty(3)
+    for n in range(count):
+        number = count - 1 - n if backward else n
+        t, k = number // 2, number % 2
+        column(position, triangles, slope, t, k, thread)
+        square = thread[0] * thread[0] + thread[1] * thread[1] + thread[2] * thread[2]
+        if square <= longest * longest:
+            continue
+        share = 0.0
+        for m in range(3):
+            share += slope[t, m, k] ** 2 * inverse_mass[triangles[t, m]]
+        if share == 0.0:
+            continue
+        length = math.sqrt(square)
+        excess = length - longest
+        worst = max(worst, excess / longest)
+        c = excess / (length * share)
+        for m in range(3):
+            v = triangles[t, m]
+            move = c * slope[t, m, k] * inverse_mass[v]
+            for a in range(3):
+                position[v, a] -= move * thread[a]
+    return worst

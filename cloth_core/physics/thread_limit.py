@@ -1,0 +1,40 @@
+"""The stretch limit of a sheet of triangles: no warp and no weft in any of them gets longer than its material allows.
+
+Shearing is free, as it is on a grid, whose diagonals have no limit: threads that cross turn against each other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cloth_core.kernels import membrane as kernels
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+from cloth_core.physics import stretch_limit
+from cloth_core.physics.stretch_limit import HeldMasses
+
+
+class ThreadLimit(HeldMasses):
+    """As :class:`~cloth_core.physics.stretch_limit.StretchLimit`, for threads of triangles."""
+
+    def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
+        super().__init__(mass)
+        self._triangles, self._slope, self._longest = mesh.triangles, mesh.triangle_slope, material.stretch_limit
+        warp, weft, _ = material.sheet_stiffness()
+        self._stiffness = mesh.triangle_area[:, None] * np.array([warp, weft])
+
+    def slack(self) -> np.ndarray:
+        """(T, 2) J, no tension yet: that of warp and weft, for a stretch of one."""
+        return np.zeros(self._stiffness.shape)
+
+    def carry(self, position: np.ndarray, tension: np.ndarray) -> None:
+        """Update the ``tension`` (T, 2) J by which threads at their limit pull beyond their stiffness, in place."""
+        kernels.carry_thread_limit(
+            position, self._triangles, self._slope, self._longest, self._stiffness, stretch_limit.FADE, tension
+        )
+
+    def sweep(self, position: np.ndarray, number: int) -> float:
+        """One pass over ``position`` (V, 3); odd numbers run backwards. Returns the worst excess it met (a ratio)."""
+        return kernels.shorten_threads(
+            position, self._triangles, self._slope, self._longest, self._inverse_mass, number % 2 == 1
+        )
