@@ -45,8 +45,13 @@ class ClothMesh:
     """(T, 3, 2) 1/m: how fast the share of a corner grows along warp and weft; (0, 3, 2) for what is no sheet."""
     hinge_vertex: np.ndarray
     """(H, 4) int32: the ends of a shared edge, then the two opposite vertices."""
-    hinge_weight: np.ndarray
-    """(H, 4) 1/m: bending energy is bend / 2 * sum over hinges of |weight @ positions|^2."""
+    curvature_start: np.ndarray
+    """(R + 1,) int32: bending energy is bend / 2 * sum over readings r of |sum of weight * position|^2 over the entries
+    start[r] to start[r + 1] of the next two."""
+    curvature_vertex: np.ndarray
+    """(N,) int32."""
+    curvature_weight: np.ndarray
+    """(N,) 1/m."""
     vertex_area: np.ndarray
     """(V,) m^2, a third of each adjoining triangle."""
     explicit_mass: np.ndarray | None = None

@@ -17,11 +17,10 @@ def shadow_area(position: np.ndarray, triangles: np.ndarray) -> float:
     covered = np.zeros(extent, bool)
     first = np.floor(corner.min(axis=1)).astype(int)
     reach = int(np.ceil((corner.max(axis=1) - corner.min(axis=1)).max())) + 2
-    for dx in range(reach):
-        for dy in range(reach):
-            pixel = first + [dx, dy]
-            hit = pixel[_inside(pixel + 0.5, corner)]
-            covered[hit[:, 0], hit[:, 1]] = True
+    for step in np.ndindex(reach, reach):
+        pixel = first + np.array(step)
+        hit = pixel[_inside(pixel + 0.5, corner)]
+        covered[hit[:, 0], hit[:, 1]] = True
     return float(covered.sum()) * PIXEL**2
 
 

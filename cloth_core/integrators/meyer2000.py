@@ -15,7 +15,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
-from cloth_core.kernels import springs, surface
+from cloth_core.kernels import curvature, springs, surface
 
 
 class Meyer2000:
@@ -73,9 +73,10 @@ class Meyer2000:
             )
         if self.model.bends:
             lasting = dt + material.bend_damping
-            springs.add_hinge_forces(
-                position, velocity, mesh.hinge_vertex, mesh.hinge_weight, material.bend, lasting, self._force
-            )
+            curvature.add_bending_forces(
+                position, velocity, mesh.curvature_start, mesh.curvature_vertex, mesh.curvature_weight,
+                material.bend, lasting, self._force,
+            )  # fmt: skip
         return self._force
 
     def filtered_velocity(

@@ -67,7 +67,7 @@ class Model:
         self.spring_stiffness = mesh.spring_stiffness(material)
         self.stretch = stretch_matrix(mesh, material)
         self.bending = bending_matrix(mesh, material)
-        self.bends = material.bend > 0.0 and len(mesh.hinge_vertex) > 0
+        self.bends = material.bend > 0.0 and len(mesh.curvature_vertex) > 0
         self.h = h
         self._pinned, self._filters = pinned, []
         self.balance = MomentumBalance(mesh, self.mass)

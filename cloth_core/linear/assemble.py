@@ -31,11 +31,12 @@ def _membrane_matrix(mesh: ClothMesh, material: Material) -> csr_matrix:
 
 
 def bending_matrix(mesh: ClothMesh, material: Material) -> csr_matrix:
-    """Hessian of the quadratic bending energy, (V, V) N/m: bend * (weight outer weight) of every hinge."""
-    w = mesh.hinge_weight
-    values = material.bend * w[:, :, None] * w[:, None, :]
-    rows, columns = np.repeat(mesh.hinge_vertex, 4, axis=1), np.tile(mesh.hinge_vertex, (1, 4))
-    return _assembled(mesh, [rows.ravel()], [columns.ravel()], [values.ravel()])
+    """Hessian of the quadratic bending energy, (V, V) N/m: bend * (weight outer weight) of every reading."""
+    entries = (mesh.curvature_weight, mesh.curvature_vertex, mesh.curvature_start)
+    reading = csr_matrix(entries, shape=(len(mesh.curvature_start) - 1, mesh.vertex_count))
+    matrix = (material.bend * (reading.T @ reading)).tocsr()
+    matrix.sort_indices()
+    return matrix
 
 
 def _assembled(mesh: ClothMesh, rows: list, columns: list, values: list) -> csr_matrix:

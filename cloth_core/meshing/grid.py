@@ -11,6 +11,7 @@ from cloth_core.errors import MeshError
 from cloth_core.meshing.areas import vertex_areas
 from cloth_core.meshing.directions import SHEAR, WARP, WEFT
 from cloth_core.meshing.faults import ATOM, LARGEST_COORDINATE, SLIVER
+from cloth_core.meshing.grid_curvature import readings
 from cloth_core.meshing.hinges import hinges
 from cloth_core.meshing.threads import slopes
 
@@ -23,8 +24,9 @@ def fields(width: float, height: float, columns: int, rows: int) -> dict[str, An
     position = np.column_stack([(uv - 0.5) * [width, height], np.zeros(len(uv))])
     number = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     triangles = _alternating_triangles(number)
-    springs, weight, limited = _springs(number, width / (columns - 1), height / (rows - 1))
-    hinge_vertex, hinge_weight = hinges(position, triangles)
+    dx, dy = width / (columns - 1), height / (rows - 1)
+    springs, weight, limited = _springs(number, dx, dy)
+    curvature = readings(number, dx, dy)
     return dict(
         rest_position=position,
         triangles=triangles,
@@ -34,8 +36,10 @@ def fields(width: float, height: float, columns: int, rows: int) -> dict[str, An
         spring_limited=limited,
         spring_bias=np.ones(len(springs)),
         triangle_slope=slopes(position, triangles, np.array([0.0, 1.0, 0.0])),
-        hinge_vertex=hinge_vertex,
-        hinge_weight=hinge_weight,
+        hinge_vertex=hinges(position, triangles)[0],
+        curvature_start=curvature.start,
+        curvature_vertex=curvature.vertex,
+        curvature_weight=curvature.weight,
         vertex_area=vertex_areas(position, triangles),
         uv=uv,
         groups=_groups(number),

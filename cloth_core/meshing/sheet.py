@@ -9,6 +9,7 @@ import numpy as np
 
 from cloth_core.meshing import checks
 from cloth_core.meshing.areas import vertex_areas
+from cloth_core.meshing.curvature import readings
 from cloth_core.meshing.hinges import hinges
 from cloth_core.meshing.threads import bias, direction, slopes
 
@@ -24,7 +25,7 @@ def fields(
     springs = _edges(triangles)
     along = position[springs[:, 1]] - position[springs[:, 0]]
     thread = direction(warp)
-    hinge_vertex, hinge_weight = hinges(position, triangles)
+    curvature = readings(position, triangles)
     return dict(
         rest_position=position,
         triangles=triangles,
@@ -34,8 +35,10 @@ def fields(
         spring_limited=np.ones(len(springs), bool),
         spring_bias=bias(along, thread),
         triangle_slope=slopes(position, triangles, thread),
-        hinge_vertex=hinge_vertex,
-        hinge_weight=hinge_weight,
+        hinge_vertex=hinges(position, triangles)[0],
+        curvature_start=curvature.start,
+        curvature_vertex=curvature.vertex,
+        curvature_weight=curvature.weight,
         vertex_area=vertex_areas(position, triangles),
         uv=checks.check_uv(uv, len(position)),
         groups=checks.check_groups(groups, len(position)),

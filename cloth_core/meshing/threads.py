@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,8 @@ from cloth_core.meshing import checks
 
 UPRIGHT = 1e-6
 """Sine of the angle below which a warp counts as normal to a triangle."""
+ASIDE = np.array([0.25, 0.5, 0.125])
+"""Added to the turned coordinates of such a warp, which else may be normal, too: (1, 1, 1)."""
 
 
 def direction(warp: Sequence[float]) -> np.ndarray:
@@ -40,7 +41,7 @@ def slopes(position: np.ndarray, triangles: np.ndarray, warp: np.ndarray) -> np.
     normal = normal / double
     along = _laid(warp, normal)
     upright = np.linalg.norm(along, axis=1) < UPRIGHT
-    along[upright] = _laid(np.roll(warp, 1) + [0.25, 0.5, 0.125], normal)[upright]
+    along[upright] = _laid(np.roll(warp, 1) + ASIDE, normal)[upright]
     along /= np.linalg.norm(along, axis=1)[:, None]
     across = np.cross(normal, along)
     made = np.empty((len(triangles), 3, 2))

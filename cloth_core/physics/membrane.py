@@ -17,9 +17,7 @@ class Membrane:
         self._mesh, self._area = mesh, mesh.triangle_area
         self._direction, self._modulus = gauges(material)
 
-    def add_forces(
-        self, position: np.ndarray, velocity: np.ndarray, viscosity_time: float, force: np.ndarray
-    ) -> None:
+    def add_forces(self, position: np.ndarray, velocity: np.ndarray, viscosity_time: float, force: np.ndarray) -> None:
         """Add elastic forces and the paper's viscosity of ``viscosity_time`` s to ``force`` (V, 3) N."""
         mesh = self._mesh
         kernels.add_membrane_forces(

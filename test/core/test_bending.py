@@ -17,7 +17,7 @@ from cloth_core.validation.scenes import NO_GRAVITY, UNLIMITED, last, states
 MESH = ClothMesh.grid(width=0.4, height=0.3, columns=7, rows=5)
 FABRIC = Material(bend=2e-3, bend_damping=0.05)
 MASS = MESH.vertex_mass(FABRIC)
-Q = twins.bending_matrix(MESH.vertex_count, MESH.hinge_vertex, MESH.hinge_weight, FABRIC.bend)
+Q = twins.bending_of(MESH, FABRIC)
 NOBODY = np.array([], int)
 
 
@@ -36,7 +36,7 @@ def crumpled(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 def modes(mesh: ClothMesh, material: Material) -> tuple[np.ndarray, np.ndarray]:
     """Squared frequencies s^-2 of free vibration, rising, and their shapes (V, V) as columns."""
-    hessian = twins.bending_matrix(mesh.vertex_count, mesh.hinge_vertex, mesh.hinge_weight, material.bend)
+    hessian = twins.bending_of(mesh, material)
     return eigh(hessian, np.diag(mesh.vertex_mass(material)))
 
 

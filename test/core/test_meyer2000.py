@@ -28,7 +28,7 @@ def transcribed(mesh: ClothMesh, material: Material, state: State, held: np.ndar
     outer = mass[:, None] * gravity + twins.drag(flow, vectors, mesh.vertex_area, 0.5 * 1.2 * material.drag)
     limited = mesh.spring_limited
     longest = np.where(limited, mesh.spring_rest * material.stretch_limit, np.inf)
-    bending = twins.bending_matrix(mesh.vertex_count, mesh.hinge_vertex, mesh.hinge_weight, material.bend)
+    bending = twins.bending_of(mesh, material)
     return twins.meyer_step(
         state.position, state.velocity, mass, mesh.spring_vertex, mesh.spring_rest, mesh.spring_stiffness(material),
         bending, material.bend_damping, outer, DT, held, state.position[held], longest, sweeps,
