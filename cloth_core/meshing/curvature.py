@@ -5,9 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from cloth_core.meshing.areas import vertex_areas
 from cloth_core.meshing.hinges import hinges
+
+FEWEST = 3
+"""Inner neighbours that an inner vertex must have to be read."""
+ENOUGH = 1.5
+"""Readings for each vertex of a part of the sheet that leave no shape but the flat ones unread; measured."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +49,8 @@ def readings(position: np.ndarray, triangles: np.ndarray) -> Readings:
     of shape and hat function (Stein, Grinspun, Wardetzky and Jacobson 2018, "Natural boundary conditions for smoothing
     in geometry processing"), here with the ring of triangles laid flat. It is a plate of Poisson ratio 0 whose free
     edges carry no moment. Vertices at the border are not read; inner neighbours answer for their area. Where no
-    corner of a triangle is an inner vertex, its hinges are read.
+    corner of a triangle is read, as in narrow straps and sheets of a few cells, its hinges are: these leave no shape
+    unread, but make a plate that depends on the mesh, by a fifth of its stiffness.
     """
     rings = _Rings(position, triangles)
     area = rings.area_answered_for(vertex_areas(position, triangles))
@@ -115,8 +123,10 @@ class _Rings:
             length[walked[:, :-1]],
         )
         self._keep(self._whole(walked))
-        self._is_inner = np.zeros(count, bool)
-        self._is_inner[self.center] = True
+        self._mark(count)
+        self._keep((self._is_inner[self.around] & self._within()).sum(axis=1) >= FEWEST)
+        self._keep(self._enough(count))
+        self._mark(count)
 
     def _whole(self, walked: np.ndarray) -> np.ndarray:
         """(N,) bool: rings that close after all triangles of their vertex, none of which takes half the turn."""
@@ -126,6 +136,17 @@ class _Rings:
         again = ((walked[:, 1:] == walked[:, :1]) & ~beyond).sum(axis=1) == 1
         closes = walked[row, self.valence] == walked[:, 0]
         return closes & again & (self._angle.max(axis=1, initial=0.0) < 0.499 * self._angle.sum(axis=1))
+
+    def _enough(self, count: int) -> np.ndarray:
+        """(N,) bool: centres in parts of the sheet with many readings for their vertices."""
+        sides = self._triangles[:, [0, 1, 1, 2]].reshape(-1, 2).T
+        part = connected_components(coo_matrix((np.ones(sides.shape[1]), sides), shape=(count, count)), False)[1]
+        readings = 3 * np.bincount(part[self.center], minlength=count)
+        return (readings >= ENOUGH * np.bincount(part, minlength=count))[part[self.center]]
+
+    def _mark(self, count: int) -> None:
+        self._is_inner = np.zeros(count, bool)
+        self._is_inner[self.center] = True
 
     def _keep(self, chosen: np.ndarray) -> None:
         for name in ("center", "valence", "around", "_angle", "_length"):

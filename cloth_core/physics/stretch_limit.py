@@ -11,6 +11,9 @@ from cloth_core.mesh import ClothMesh
 FADE = 0.97
 """Share of a limit's tension that the next substep starts with. A tension that only ever adds up lags behind what it
 limits by a quarter of a period, and so pumps energy into what swings."""
+SHARE = 0.8
+"""Of the stiffness of a sheet along its threads, with which a limit's tension grows. As much as W holds them with, and
+long steps with one pass of one iteration come to no rest; the less, the more of an excess stays."""
 
 
 class HeldMasses:
@@ -41,8 +44,9 @@ class StretchLimit(HeldMasses):
         rest = mesh.spring_rest[self._limited]
         self._longest = rest * material.stretch_limit
         # That of the cloth along the thread, whatever part of it the diagonals of a grid have.
-        self._stiffness = np.maximum(mesh.spring_weight, 0.0) @ np.array([*material.sheet_stiffness(), 1.0])
-        # As much again as the spring would pull with at twice its length: more would outweigh W.
+        sheet = SHARE * np.array(material.sheet_stiffness())
+        self._stiffness = np.maximum(mesh.spring_weight, 0.0) @ np.array([*sheet, 1.0])
+        # What the spring would pull with at twice its length: more would outweigh W.
         self._strongest = self._stiffness[self._limited] * rest
 
     def slack(self) -> np.ndarray:

@@ -21,7 +21,7 @@ class ThreadLimit(HeldMasses):
         super().__init__(mass)
         self._triangles, self._slope, self._longest = mesh.triangles, mesh.triangle_slope, material.stretch_limit
         warp, weft, _ = material.sheet_stiffness()
-        self._stiffness = mesh.triangle_area[:, None] * np.array([warp, weft])
+        self._stiffness = mesh.triangle_area[:, None] * (stretch_limit.SHARE * np.array([warp, weft]))
 
     def slack(self) -> np.ndarray:
         """(T, 2) J, no tension yet: that of warp and weft, for a stretch of one."""

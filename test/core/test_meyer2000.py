@@ -39,7 +39,7 @@ def transcribed(mesh: ClothMesh, material: Material, state: State, held: np.ndar
 @pytest.mark.parametrize("seed", range(3))
 def test_ten_steps_are_those_of_figure_4(held, seed):
     mesh, held = ClothMesh.grid(width=0.4, height=0.3, columns=5, rows=3), np.array(held, int)
-    material = Material(bend=1e-3, stretch_warp=300.0, stretch_limit=1.05)
+    material = Material(bend=1e-3, stretch_warp=300.0, shear=100.0, stretch_limit=1.05)
     config = SolverConfig(dt=DT, integrator="meyer2000", stretch_sweeps=20)
     solver = ClothSolver(mesh, material, config)
     solver.pin(held)
