@@ -14,15 +14,15 @@ from cloth_core.kernels import kernel
 
 
 @kernel
-def column(values, triangles, slope, t, k, into):
-    """Column ``k`` of the gradient of ``values`` (V, 3) over triangle ``t``, into ``into`` (3,)."""
-    for a in range(3):
-        into[a] = 0.0
-    for n in range(3):
-        v = triangles[t, n]
-        w = slope[t, n, k]
-        for a in range(3):
-            into[a] += w * values[v, a]
+def thread(values, triangles, slope, t, k):
+    """Column ``k`` of the gradient of ``values`` (V, 3) over triangle ``t``: x, y and z."""
+    h, i, j = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    # The share of one corner follows from the others: they add up to one everywhere.
+    p, q = slope[t, 1, k], slope[t, 2, k]
+    x = p * (values[i, 0] - values[h, 0]) + q * (values[j, 0] - values[h, 0])
+    y = p * (values[i, 1] - values[h, 1]) + q * (values[j, 1] - values[h, 1])
+    z = p * (values[i, 2] - values[h, 2]) + q * (values[j, 2] - values[h, 2])
+    return x, y, z
 
 
 @kernel
@@ -38,8 +38,8 @@ def add_membrane_forces(
     pull = np.empty((2, 3))
     for t in range(triangles.shape[0]):
         for k in range(2):
-            column(position, triangles, slope, t, k, stretched[k])
-            column(velocity, triangles, slope, t, k, rate[k])
+            stretched[k, 0], stretched[k, 1], stretched[k, 2] = thread(position, triangles, slope, t, k)
+            rate[k, 0], rate[k, 1], rate[k, 2] = thread(velocity, triangles, slope, t, k)
         pull[:] = 0.0
         for d in range(direction.shape[0]):
             p, q = direction[d, 0], direction[d, 1]
@@ -70,19 +70,12 @@ def add_membrane_impulses(
     since ``start`` along its own direction: a rigid rotation is not damped.
     """
     for t in range(triangles.shape[0]):
-        i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        # Two shares follow from the third: they add up to one everywhere.
-        p1, q1, p2, q2 = slope[t, 1, 0], slope[t, 1, 1], slope[t, 2, 0], slope[t, 2, 1]
-        xi, yi, zi = position[i, 0], position[i, 1], position[i, 2]
-        x1, y1, z1 = position[j, 0] - xi, position[j, 1] - yi, position[j, 2] - zi
-        x2, y2, z2 = position[k, 0] - xi, position[k, 1] - yi, position[k, 2] - zi
-        ux, uy, uz = p1 * x1 + p2 * x2, p1 * y1 + p2 * y2, p1 * z1 + p2 * z2
-        vx, vy, vz = q1 * x1 + q2 * x2, q1 * y1 + q2 * y2, q1 * z1 + q2 * z2
-        xi, yi, zi = start[i, 0], start[i, 1], start[i, 2]
-        x1, y1, z1 = start[j, 0] - xi, start[j, 1] - yi, start[j, 2] - zi
-        x2, y2, z2 = start[k, 0] - xi, start[k, 1] - yi, start[k, 2] - zi
-        ax, ay, az = ux - p1 * x1 - p2 * x2, uy - p1 * y1 - p2 * y2, uz - p1 * z1 - p2 * z2
-        bx, by, bz = vx - q1 * x1 - q2 * x2, vy - q1 * y1 - q2 * y2, vz - q1 * z1 - q2 * z2
+        ux, uy, uz = thread(position, triangles, slope, t, 0)
+        vx, vy, vz = thread(position, triangles, slope, t, 1)
+        ax, ay, az = thread(start, triangles, slope, t, 0)
+        bx, by, bz = thread(start, triangles, slope, t, 1)
+        ax, ay, az = ux - ax, uy - ay, uz - az
+        bx, by, bz = vx - bx, vy - by, vz - bz
         warp_x = warp_y = warp_z = 0.0
         weft_x = weft_y = weft_z = 0.0
         for d in range(direction.shape[0]):
@@ -116,11 +109,10 @@ def carry_thread_limit(position, triangles, slope, longest, stiffness, kept, ten
 
     As ``springs.carry_limit``, with ``stiffness`` (T, 2) J; never more than that, the pull at twice the length.
     """
-    thread = np.empty(3)
     for t in range(triangles.shape[0]):
         for k in range(2):
-            column(position, triangles, slope, t, k, thread)
-            square = thread[0] * thread[0] + thread[1] * thread[1] + thread[2] * thread[2]
+            x, y, z = thread(position, triangles, slope, t, k)
+            square = x * x + y * y + z * z
             if square > longest * longest or tension[t, k] > 0.0:
                 carried = kept * tension[t, k] + stiffness[t, k] * (math.sqrt(square) - longest)
                 tension[t, k] = min(max(carried, 0.0), stiffness[t, k])
@@ -135,12 +127,11 @@ def shorten_threads(position, triangles, slope, longest, inverse_mass, backward)
     """
     count = 2 * triangles.shape[0]
     worst = 0.0
-    thread = np.empty(3)
     for n in range(count):
         number = count - 1 - n if backward else n
         t, k = number // 2, number % 2
-        column(position, triangles, slope, t, k, thread)
-        square = thread[0] * thread[0] + thread[1] * thread[1] + thread[2] * thread[2]
+        x, y, z = thread(position, triangles, slope, t, k)
+        square = x * x + y * y + z * z
         if square <= longest * longest:
             continue
         share = 0.0
@@ -155,6 +146,7 @@ def shorten_threads(position, triangles, slope, longest, inverse_mass, backward)
         for m in range(3):
             v = triangles[t, m]
             move = c * slope[t, m, k] * inverse_mass[v]
-            for a in range(3):
-                position[v, a] -= move * thread[a]
+            position[v, 0] -= move * x
+            position[v, 1] -= move * y
+            position[v, 2] -= move * z
     return worst
