@@ -150,3 +150,16 @@ def shorten_threads(position, triangles, slope, longest, inverse_mass, backward)
             position[v, 1] -= move * y
             position[v, 2] -= move * z
     return worst
+
+
+@kernel
+def vertex_thread_strain(position, triangles, slope, strain):
+    """Largest strain (length - 1) of warp and weft in the triangles at each vertex, into ``strain`` (V,)."""
+    strain[:] = -np.inf
+    for t in range(triangles.shape[0]):
+        for k in range(2):
+            x, y, z = thread(position, triangles, slope, t, k)
+            e = math.sqrt(x * x + y * y + z * z) - 1.0
+            for n in range(3):
+                v = triangles[t, n]
+                strain[v] = max(strain[v], e)

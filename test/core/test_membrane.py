@@ -17,6 +17,7 @@ from cloth_core.linear import stretch_matrix
 from cloth_core.linear.gauges import gauges
 from cloth_core.physics import stretch_limit
 from cloth_core.physics.membrane import Membrane
+from cloth_core.physics.strain import vertex_strain
 from cloth_core.physics.thread_limit import ThreadLimit
 from cloth_core.validation.geometry import irregular_sheet
 from cloth_core.validation.scenes import NO_GRAVITY, last
@@ -301,12 +302,22 @@ def test_a_trellis_shears_without_limit():
     stretch = np.linalg.norm(sheared[i] - sheared[j], axis=1) / mesh.spring_rest
     assert stretch.max() > 1.2
     assert (stretch / mesh.spring_bias).max() < 1.0 + 1e-12
+    np.testing.assert_allclose(vertex_strain(mesh, sheared), 0.0, atol=1e-12)
     limit = ThreadLimit(mesh, Material(stretch_limit=1.001), mesh.vertex_mass(Material()))
     assert limit.sweep(sheared.copy(), 0) == 0.0
     solver = ClothSolver(mesh, Material(shear=0.0), SolverConfig())
     after = solver.step(State(np.ascontiguousarray(sheared), np.zeros_like(sheared)), NO_GRAVITY)
     assert np.abs(after.position - sheared).max() < 1e-6
     assert solver.report.restrained == 0 and solver.report.max_stretch <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_strain_is_that_of_the_longest_thread_at_a_vertex(seed):
+    triangles, _, _, _, _, x, _ = cloud(seed)
+    mesh = with_warp(irregular_sheet(0.5, 0.4, 4, seed=seed), 30.0)
+    longest = twins.thread_lengths(x, triangles, mesh.triangle_slope).max(axis=1) - 1.0
+    expected = [longest[(triangles == v).any(axis=1)].max() for v in range(len(x))]
+    np.testing.assert_allclose(vertex_strain(mesh, x), expected, atol=1e-13)
 
 
 def test_threads_follow_the_surface():
