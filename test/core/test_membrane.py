@@ -1,4 +1,4 @@
-"""The sheet of triangles: what its material says in every mesh and direction, and the twins of its kernels."""
+"""The sheet of triangles: what its material says in every mesh and direction."""
 
 from __future__ import annotations
 
@@ -10,17 +10,12 @@ import pytest
 import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sheets import forces, plane_hessian, with_warp
 
-from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig, State
-from cloth_core.kernels import membrane as kernels
-from cloth_core.linear import stretch_matrix
+from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig
 from cloth_core.linear.gauges import gauges
-from cloth_core.physics import stretch_limit
-from cloth_core.physics.membrane import Membrane
-from cloth_core.physics.strain import vertex_strain
-from cloth_core.physics.thread_limit import ThreadLimit
 from cloth_core.validation.geometry import irregular_sheet
-from cloth_core.validation.scenes import NO_GRAVITY, last
+from cloth_core.validation.scenes import last
 
 FABRIC = Material(stretch_warp=900.0, stretch_weft=300.0, shear=50.0)
 moduli = st.builds(
@@ -31,26 +26,9 @@ moduli = st.builds(
 )
 
 
-def with_warp(mesh: ClothMesh, degrees: float) -> ClothMesh:
-    """The same triangles, the warp turned from x by ``degrees``."""
-    turn = math.radians(degrees)
-    return ClothMesh.from_triangles(mesh.rest_position, mesh.triangles, warp=(math.cos(turn), math.sin(turn), 0.0))
-
-
 def of_triangles(mesh: ClothMesh) -> ClothMesh:
     """A grid whose triangles carry what its springs did."""
     return dataclasses.replace(mesh, spring_weight=np.zeros_like(mesh.spring_weight))
-
-
-def forces(mesh: ClothMesh, material: Material, position: np.ndarray) -> np.ndarray:
-    """(V, 3) N, of the springs or of the membrane, whichever carry."""
-    found = np.zeros_like(position)
-    if mesh.is_membrane(material):
-        Membrane(mesh, material).add_forces(position, np.zeros_like(position), 0.0, found)
-        return found
-    return twins.spring_forces(
-        position, 0 * position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_stiffness(material), 0.0
-    )
 
 
 def tensions(mesh: ClothMesh, material: Material, gradient: np.ndarray) -> np.ndarray:
@@ -127,16 +105,8 @@ def test_springs_of_a_grid_are_the_same_sheet(gradient, cells):
 
 
 def pulled(mesh: ClothMesh, material: Material) -> float:
-    """Tension per width and strain, N/m, of a strip pulled along x by its ends, free to get narrower.
-
-    Newton's linear step from rest, with the Hessian taken from the forces by differences.
-    """
-    x = mesh.rest_position
-    hessian = np.zeros((2 * len(x), 2 * len(x)))
-    for column in range(2 * len(x)):
-        nudged = x.copy()
-        nudged[column // 2, column % 2] += 1e-7
-        hessian[:, column] = -forces(mesh, material, nudged)[:, :2].ravel() / 1e-7
+    """Tension per width and strain, N/m, of a strip pulled along x by its ends, free to get narrower."""
+    x, hessian = mesh.rest_position, plane_hessian(mesh, material)
     low, high = (np.flatnonzero(np.abs(x[:, 0] - end) < 1e-9) for end in (x[:, 0].min(), x[:, 0].max()))
     fixed = np.concatenate([2 * low, 2 * high, 2 * low[:1] + 1])
     free = np.setdiff1d(np.arange(2 * len(x)), fixed)
@@ -179,147 +149,6 @@ def test_long_cells_fall_back_on_triangles():
     assert not grid.is_membrane(Material(stretch_warp=900.0, stretch_weft=300.0, shear=20.0))
 
 
-def cloud(seed: int) -> tuple[np.ndarray, ...]:
-    """A crumpled sheet: triangles, slopes, areas, gauges, positions, where they came from."""
-    mesh = with_warp(irregular_sheet(0.5, 0.4, 4, seed=seed), 30.0)
-    random = np.random.default_rng(seed)
-    x = mesh.rest_position + random.normal(0, 0.05, mesh.rest_position.shape)
-    direction, modulus = gauges(FABRIC)
-    before = x + random.normal(0, 0.01, x.shape)
-    return mesh.triangles, mesh.triangle_slope, mesh.triangle_area, direction, modulus, x, before
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_forces_are_minus_the_slope_of_the_energy(seed):
-    triangles, slope, area, direction, modulus, x, _ = cloud(seed)
-    found = np.zeros_like(x)
-    kernels.add_membrane_forces(x, 0 * x, triangles, slope, area, direction, modulus, 0.0, found)
-    for v, a in ((0, 0), (7, 1), (13, 2), (17, 2)):
-        nudged = [x.copy(), x.copy()]
-        nudged[0][v, a] -= 1e-6
-        nudged[1][v, a] += 1e-6
-        low, high = (twins.membrane_energy(n, triangles, slope, area, direction, modulus) for n in nudged)
-        assert found[v, a] == pytest.approx(-(high - low) / 2e-6, abs=1e-6)
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("viscosity", [0.0, 0.7])
-def test_the_local_step_is_the_twin(seed, viscosity):
-    triangles, slope, area, direction, modulus, x, start = cloud(seed)
-    tension = np.random.default_rng(seed).uniform(0, 2, (len(triangles), 2))
-    before = np.random.default_rng(9).normal(size=x.shape)
-    found = before.copy()
-    kernels.add_membrane_impulses(x, start, triangles, slope, area, direction, modulus, tension, viscosity, 0.37, found)
-    expected = twins.membrane_forces(x, start, triangles, slope, area, direction, modulus, tension, viscosity)
-    np.testing.assert_allclose(found - before, 0.37 * expected, atol=1e-10)
-
-
-def test_viscous_forces_are_the_matrix_times_velocity():
-    """dt H v of Fig. 4, H being what W is made of."""
-    mesh = irregular_sheet(0.5, 0.4, 4)
-    x, v = mesh.rest_position, np.random.default_rng(1).normal(size=mesh.rest_position.shape)
-    found = np.zeros_like(x)
-    Membrane(mesh, FABRIC).add_forces(x, v, 0.03, found)
-    np.testing.assert_allclose(found, -0.03 * stretch_matrix(mesh, FABRIC) @ v, atol=1e-10)
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("backward", [False, True])
-def test_threads_shorten_as_the_twin_and_keep_the_centre(seed, backward):
-    triangles, slope, _, _, _, x, _ = cloud(seed)
-    inverse_mass = np.random.default_rng(seed).uniform(0.5, 2.0, len(x))
-    before = x.copy()
-    expected, worst = twins.shorten_threads(x, triangles, slope, 1.02, inverse_mass, backward)
-    assert kernels.shorten_threads(x, triangles, slope, 1.02, inverse_mass, backward) == pytest.approx(worst, abs=1e-12)
-    np.testing.assert_allclose(x, expected, atol=1e-13)
-    np.testing.assert_allclose((x - before).T @ (1 / inverse_mass), 0.0, atol=1e-13)
-    assert worst > 0.1
-
-
-def test_sweeps_converge_to_the_limit_and_held_corners_stay():
-    mesh = irregular_sheet(0.5, 0.4, 5)
-    limit = ThreadLimit(mesh, Material(stretch_limit=1.05), mesh.vertex_mass(Material()))
-    limit.hold(np.array([3, 8]))
-    x = 1.2 * mesh.rest_position
-    x[[3, 8]] = mesh.rest_position[[3, 8]]
-    for number in range(600):
-        excess = limit.sweep(x, number)
-    np.testing.assert_array_equal(x[[3, 8]], mesh.rest_position[[3, 8]])
-    length = twins.thread_lengths(x, mesh.triangles, mesh.triangle_slope)
-    assert excess < 1e-3 and 1.04 < length.max() < 1.05 * 1.001
-
-
-def test_tensions_grow_with_the_excess_fade_and_stay_below_the_strongest():
-    mesh = irregular_sheet(0.5, 0.4, 5)
-    limit = ThreadLimit(mesh, Material(stretch_limit=1.05), mesh.vertex_mass(Material()))
-    tension, stiffness = limit.slack(), mesh.triangle_area[:, None] * np.array(Material().sheet_stiffness()[:2])
-    stiffness *= stretch_limit.SHARE
-    limit.carry(1.06 * mesh.rest_position, tension)
-    np.testing.assert_allclose(tension, 0.01 * stiffness, rtol=1e-9)
-    limit.carry(1.05 * mesh.rest_position, tension)
-    np.testing.assert_allclose(tension, stretch_limit.FADE * 0.01 * stiffness, rtol=1e-9)
-    for _ in range(300):
-        limit.carry(3.0 * mesh.rest_position, tension)
-    np.testing.assert_allclose(tension, stiffness)
-    limit.carry(0.5 * mesh.rest_position, tension)
-    np.testing.assert_array_equal(tension, np.maximum(tension, 0.0))
-
-
-def heavy_strip(mesher) -> ClothSolver:
-    """Soft fabric that would hang half as long again by its stiffness alone, and is limited to 1.08."""
-    mesh = mesher()
-    soft = Material(stretch_warp=10.0, stretch_weft=10.0, shear=1.0, stretch_limit=1.08, damping=3.0, bend=0.0)
-    solver = ClothSolver(mesh, soft, SolverConfig(air_density=0.0))
-    y = mesh.rest_position[:, 1]
-    solver.pin(np.flatnonzero(y > y.max() - 1e-9))
-    return solver
-
-
-@pytest.mark.parametrize(
-    "mesher",
-    [lambda: ClothMesh.grid(width=0.3, height=0.9, columns=7, rows=19), lambda: irregular_sheet(0.3, 0.9, 6)],
-    ids=["grid", "irregular"],
-)
-def test_a_soft_cloth_hangs_at_its_limit_on_any_mesh(mesher):
-    """Tension at the top 0.2 g 0.9 = 1.77 N/m: strain 0.18. It lengthens by 0.08, less where little hangs on it."""
-    solver = heavy_strip(mesher)
-    start = solver.initial_state()
-    down = start.position[:, [0, 2, 1]] - [0.0, 0.0, start.position[:, 1].max()]
-    state = last(solver, State(np.ascontiguousarray(down), np.zeros_like(down)), Inputs(), 6.0)
-    slack = 10.0 * 0.08 / (0.2 * 9.81)  # m of cloth, from below, that is short of the limit
-    expected = 0.08 * (0.9 - slack) + 0.08 * slack / 2
-    assert -state.position[:, 2].min() - 0.9 == pytest.approx(expected, rel=0.03)
-
-
-def test_a_trellis_shears_without_limit():
-    """Threads turned against each other by 40 degrees keep their length; edges across them get longer, unlimited."""
-    mesh = irregular_sheet(0.5, 0.4, 6)
-    turn = math.radians(20.0)
-    sheared = mesh.rest_position @ np.array(
-        [[math.cos(turn), math.sin(turn), 0], [math.sin(turn), math.cos(turn), 0], [0, 0, 1]]
-    )
-    i, j = mesh.spring_vertex.T
-    stretch = np.linalg.norm(sheared[i] - sheared[j], axis=1) / mesh.spring_rest
-    assert stretch.max() > 1.2
-    assert (stretch / mesh.spring_bias).max() < 1.0 + 1e-12
-    np.testing.assert_allclose(vertex_strain(mesh, sheared), 0.0, atol=1e-12)
-    limit = ThreadLimit(mesh, Material(stretch_limit=1.001), mesh.vertex_mass(Material()))
-    assert limit.sweep(sheared.copy(), 0) == 0.0
-    solver = ClothSolver(mesh, Material(shear=0.0), SolverConfig())
-    after = solver.step(State(np.ascontiguousarray(sheared), np.zeros_like(sheared)), NO_GRAVITY)
-    assert np.abs(after.position - sheared).max() < 1e-6
-    assert solver.report.restrained == 0 and solver.report.max_stretch <= 1.0 + 1e-9
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_strain_is_that_of_the_longest_thread_at_a_vertex(seed):
-    triangles, _, _, _, _, x, _ = cloud(seed)
-    mesh = with_warp(irregular_sheet(0.5, 0.4, 4, seed=seed), 30.0)
-    longest = twins.thread_lengths(x, triangles, mesh.triangle_slope).max(axis=1) - 1.0
-    expected = [longest[(triangles == v).any(axis=1)].max() for v in range(len(x))]
-    np.testing.assert_allclose(vertex_strain(mesh, x), expected, atol=1e-13)
-
-
 def test_threads_follow_the_surface():
     """Rolled up about the warp the cloth is the same; where the warp stands upright, threads have some direction."""
     flat = irregular_sheet(0.6, 0.4, 6)
@@ -347,12 +176,8 @@ def test_a_statically_loaded_membrane_is_a_linear_solve_away():
     state = last(solver, solver.initial_state(), Inputs(gravity=load), 6.0)
     moved = (state.position - mesh.rest_position)[:, :2]
     material = solver.material
-    count = 2 * len(moved)
-    hessian = np.zeros((count, count))
-    for column in range(count):
-        nudged = mesh.rest_position.copy()
-        nudged[column // 2, column % 2] += 1e-7
-        hessian[:, column] = -forces(mesh, material, nudged)[:, :2].ravel() / 1e-7
+    hessian = plane_hessian(mesh, material)
+    count = len(hessian)
     free = np.setdiff1d(np.arange(count), np.concatenate([2 * edge, 2 * edge + 1]))
     force = (mesh.vertex_mass(material)[:, None] * np.array(load[:2])).ravel()
     expected = np.zeros(count)
