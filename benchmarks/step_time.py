@@ -85,11 +85,14 @@ def measure(side: int, integrator: str, frames: int) -> dict[str, Any]:
 
 def split(solver: Any, state: Any, inputs: Any, frames: int) -> dict[str, float]:
     """Seconds per step spent in each part; the rest is what no part claims."""
-    from cloth_core.kernels import springs, surface
+    from cloth_core.kernels import curvature, membrane, springs, surface
 
     model, watch = solver._model, Stopwatch()
-    for name in ("add_rest_lengths", "add_spring_forces", "add_hinge_forces", "drift"):
+    for name in ("add_elastic_impulses", "add_spring_forces"):
         watch.wrap(springs, name, "forces")
+    for name in ("add_membrane_impulses", "add_membrane_forces"):
+        watch.wrap(membrane, name, "forces")
+    watch.wrap(curvature, "add_bending_forces", "forces")
     for name in ("area_vectors", "add_relative_drag", "add_drag_of_flow"):
         watch.wrap(surface, name, "forces")
     for one in model._filters:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +14,9 @@ from cloth_core.settings import Settings, setting
 class Material(Settings):
     """Measured properties of a fabric; stiffnesses are those of the sheet, not of a spring.
 
-    A strip of the cloth of width w pulled with the force F along the warp lengthens by
-    F / (w * stretch_warp) of its length, however finely it is meshed.
+    A strip of the cloth of width w pulled with the force F along the warp, free to narrow, lengthens by
+    F / (w * stretch_warp) of its length; sheared by the angle g, warp against weft at constant lengths, the cloth
+    resists with the force shear * g per width: however it is meshed.
     """
 
     areal_density: float = setting("float", 0.2, unit="kg/m^2", low=1e-3, high=20.0, help="mass per area")
@@ -24,10 +26,15 @@ class Material(Settings):
         unit="N/m",
         low=0.1,
         high=1e7,
-        help="tension per width and strain along the warp (grid columns)",
+        help="tension per width and strain of a strip along the warp (grid columns)",
     )
     stretch_weft: float = setting(
-        "float", 2000.0, unit="N/m", low=0.1, high=1e7, help="tension per width and strain along the weft (grid rows)"
+        "float",
+        2000.0,
+        unit="N/m",
+        low=0.1,
+        high=1e7,
+        help="tension per width and strain of a strip along the weft (grid rows)",
     )
     shear: float = setting(
         "float", 400.0, unit="N/m", low=0.0, high=1e7, help="resistance to shearing warp against weft"
@@ -57,6 +64,18 @@ class Material(Settings):
     friction: float = setting("float", 0.3, unit="", low=0.0, high=10.0, help="Coulomb friction coefficient")
     restitution: float = setting("float", 0.0, unit="", low=0.0, high=1.0, help="normal speed kept by an impact")
     drag: float = setting("float", 1.2, unit="", low=0.0, high=10.0, help="drag coefficient of a patch held face-on")
+
+    def sheet_stiffness(self) -> tuple[float, float, float]:
+        """Stiffnesses C_warp, C_weft, shear in N/m of the orthotropic sheet whose strips are as stiff as measured.
+
+        Tensions are C_warp e_warp + C_cross e_weft along the warp, C_cross e_warp + C_weft e_weft along the weft.
+        Threads that pull along themselves alone have C_cross = shear (Cauchy's relation), and a strip that may
+        narrow is less stiff by C_cross^2 / C of the other: C_warp = t stretch_warp and C_weft = t stretch_weft
+        with t^2 - t = shear^2 / (stretch_warp stretch_weft) make up for it.
+        """
+        ratio = self.shear * self.shear / (self.stretch_warp * self.stretch_weft)
+        more = 0.5 + math.sqrt(0.25 + ratio)
+        return more * self.stretch_warp, more * self.stretch_weft, self.shear
 
     @classmethod
     def preset(cls, name: str, **changes: Any) -> Material:

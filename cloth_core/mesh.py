@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from cloth_core.errors import MeshError, MeshWarning
 from cloth_core.material import Material
 from cloth_core.meshing import checks, files, grid, net, repair, sheet
+from cloth_core.meshing.areas import triangle_areas
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,13 +36,22 @@ class ClothMesh:
     spring_rest: np.ndarray
     """(S,) m."""
     spring_weight: np.ndarray
-    """(S, 4): spring stiffness = weight @ (stretch_warp, stretch_weft, shear, 1 N/m)."""
+    """(S, 4): spring stiffness = weight @ (C_warp, C_weft, shear, 1 N/m), see :meth:`Material.sheet_stiffness`."""
     spring_limited: np.ndarray
     """(S,) bool: whether the stretch limit holds for the spring."""
+    spring_bias: np.ndarray
+    """(S,): how much longer than a thread the spring may get, as a ratio, because the cloth shears."""
+    triangle_slope: np.ndarray
+    """(T, 3, 2) 1/m: how fast the share of a corner grows along warp and weft; (0, 3, 2) for what is no sheet."""
     hinge_vertex: np.ndarray
     """(H, 4) int32: the ends of a shared edge, then the two opposite vertices."""
-    hinge_weight: np.ndarray
-    """(H, 4) 1/m: bending energy is bend / 2 * sum over hinges of |weight @ positions|^2."""
+    curvature_start: np.ndarray
+    """(R + 1,) int32: bending energy is bend / 2 * sum over readings r of |sum of weight * position|^2 over the entries
+    start[r] to start[r + 1] of the next two."""
+    curvature_vertex: np.ndarray
+    """(N,) int32."""
+    curvature_weight: np.ndarray
+    """(N,) 1/m."""
     vertex_area: np.ndarray
     """(V,) m^2, a third of each adjoining triangle."""
     explicit_mass: np.ndarray | None = None
@@ -102,9 +112,32 @@ class ClothMesh:
             return self.explicit_mass
         return material.areal_density * self.vertex_area
 
+    @cached_property
+    def triangle_area(self) -> np.ndarray:
+        """(T,) m^2 at rest."""
+        return triangle_areas(self.rest_position, self.triangles)
+
+    @cached_property
+    def limit_rest(self) -> np.ndarray:
+        """(S,) m: rest lengths as the stretch limit counts them, with what shearing adds."""
+        return self.spring_rest * self.spring_bias
+
+    def is_membrane(self, material: Material) -> bool:
+        """Whether triangles carry the stretching: springs are cheaper, but only those of a grid make a sheet.
+
+        Even they do not if its cells are so long and the shear so stiff that the diagonals alone would be stiffer
+        along the threads than the material is.
+        """
+        k = self._spring_stiffness(material)
+        return len(self.triangle_slope) > 0 and not (k.any() and (k >= 0.0).all())
+
     def spring_stiffness(self, material: Material) -> np.ndarray:
-        """(S,) N/m."""
-        return self.spring_weight @ np.array([material.stretch_warp, material.stretch_weft, material.shear, 1.0])
+        """(S,) N/m; zero where triangles carry the stretching."""
+        k = self._spring_stiffness(material)
+        return np.zeros_like(k) if self.is_membrane(material) else k
+
+    def _spring_stiffness(self, material: Material) -> np.ndarray:
+        return self.spring_weight @ np.array([*material.sheet_stiffness(), 1.0])
 
     @classmethod
     def grid(cls, *, width: float, height: float, columns: int, rows: int) -> ClothMesh:
@@ -135,14 +168,14 @@ class ClothMesh:
         groups: Mapping[str, Sequence[int]] | None = None,
         warp: Sequence[float] = (0.0, 1.0, 0.0),
     ) -> ClothMesh:
-        """A sheet of any triangulation; its edges are the springs, stiff by the area they carry.
+        """A sheet of any triangulation; triangles carry the stretching, as stiffly as a grid's springs do.
 
         Args:
             position: (V, 3) m, unstrained.
             triangles: (T, 3).
             uv: (V, 2) texture coordinates.
             groups: named vertex indices.
-            warp: direction of the warp in the frame of ``position``.
+            warp: direction of the warp in the frame of ``position``; in a triangle, what of it lies in its plane.
 
         Raises:
             MeshError: vertices that are not finite or belong to no triangle; triangles that are out of range,

@@ -37,7 +37,9 @@ class StepReport:
     Args:
         sweeps: passes over stretch limit and contacts, per substep; give them to ``step`` to repeat it exactly.
         residual: worst excess over the stretch limit met in the very last pass (a ratio).
-        max_stretch: largest length over rest length of the limited springs.
+        max_stretch: largest length over rest length of the limited springs. An edge that runs across the threads counts
+            as if they had turned against each other as far as they can: it may be sqrt(1 + |sin 2a|) as long, at an
+            angle a to the warp, on threads that are not stretched at all.
         contacts: pairs of vertex and obstacle in touch at the end.
         held: vertices pinned or grasped.
         out_of_time: the caller's clock cut the passes short.
@@ -328,7 +330,7 @@ class ClothSolver:
     def _measured(self, position: np.ndarray) -> dict[str, Any]:
         """What the report says of the cloth at the end."""
         mesh = self.mesh
-        longest = springs.largest_stretch(position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited)
+        longest = springs.largest_stretch(position, mesh.spring_vertex, mesh.limit_rest, mesh.spring_limited)
         return dict(max_stretch=longest, contacts=self._prepared().contacts.touching)
 
 

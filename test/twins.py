@@ -82,14 +82,70 @@ def strain_at_vertices(x, spring_vertex, rest, chosen):
     return np.array(strain)
 
 
-def bending_matrix(count, hinge_vertex, hinge_weight, bend):
+def bending_matrix(count, start, vertex, weight, bend):
     """Q, so that the bending energy is x^T Q x / 2 in each coordinate."""
     q = np.zeros((count, count))
-    for vertices, weights in zip(hinge_vertex, hinge_weight, strict=True):
+    for first, end in itertools.pairwise(start):
         row = np.zeros(count)
-        np.add.at(row, vertices, weights)
+        np.add.at(row, vertex[first:end], weight[first:end])
         q += bend * np.outer(row, row)
     return q
+
+
+def bending_of(mesh, material):
+    """Q of a mesh."""
+    reading = mesh.curvature_start, mesh.curvature_vertex, mesh.curvature_weight
+    return bending_matrix(mesh.vertex_count, *reading, material.bend)
+
+
+# ---------------------------------------------------------------- membrane
+
+
+def gradients(x, triangles, slope):
+    """(T, 3, 2): what a metre of warp and of weft has become in each triangle."""
+    return np.einsum("tna,tnk->tak", x[triangles], slope)
+
+
+def membrane_energy(x, triangles, slope, area, direction, modulus):
+    """J: area * modulus / 2 * (|F d| - 1)^2 of every gauge."""
+    length = np.linalg.norm(gradients(x, triangles, slope) @ direction.T, axis=1)
+    return 0.5 * float(np.sum(area[:, None] * modulus * (length - 1.0) ** 2))
+
+
+def membrane_forces(x, start, triangles, slope, area, direction, modulus, tension, viscosity):
+    """Each gauge pulls at its corners along what it reads: elastic, limit's tension, viscous in what it gained."""
+    force = np.zeros_like(x)
+    for t, corners in enumerate(triangles):
+        for d, (p, q) in enumerate(direction):
+            weight = p * slope[t, :, 0] + q * slope[t, :, 1]
+            reading, before = weight @ x[corners], weight @ start[corners]
+            length = np.linalg.norm(reading)
+            axis = reading / length
+            stiffness = area[t] * modulus[d]
+            pull = stiffness * (length - 1.0) + viscosity * stiffness * axis @ (reading - before)
+            if d < 2:
+                pull += tension[t, d]
+            force[corners] -= pull * np.outer(weight, axis)
+    return force
+
+
+def thread_lengths(x, triangles, slope):
+    """(T, 2) ratios: warp and weft of each triangle."""
+    return np.linalg.norm(gradients(x, triangles, slope), axis=1)
+
+
+def shorten_threads(x, taut, triangles, slope, longest, inverse_mass, backward):
+    """Section 3.3.2 for threads that three corners share, each overlong one in turn; centre of gravity kept."""
+    x, worst = x.copy(), 0.0
+    for number in reversed(taut) if backward else taut:
+        corners, weight = triangles[number // 2], slope[number // 2, :, number % 2]
+        thread = weight @ x[corners]
+        length = np.linalg.norm(thread)
+        if length > longest:
+            worst = max(worst, length / longest - 1.0)
+            give = inverse_mass[corners] * weight
+            x[corners] -= (length - longest) / (weight @ give) * np.outer(give, thread / length)
+    return x, worst
 
 
 # ---------------------------------------------------------------- surface

@@ -129,10 +129,14 @@ class ImplicitMidpoint:
         self._right_side[:] = 0.0
         if settled:
             midpoint.add_inertia(model.mass, inertial, middle, self._right_side)
-        springs.add_elastic_impulses(
-            middle, position, mesh.spring_vertex, mesh.spring_rest, model.spring_stiffness, self._tension,
-            self._viscosity, 0.25 * model.h * model.h, self._right_side,
-        )  # fmt: skip
+        scale = 0.25 * model.h * model.h
+        if model.membrane is not None:
+            model.membrane.add_impulses(middle, position, self._tension, self._viscosity, scale, self._right_side)
+        else:
+            springs.add_elastic_impulses(
+                middle, position, mesh.spring_vertex, mesh.spring_rest, model.spring_stiffness, self._tension,
+                self._viscosity, scale, self._right_side,
+            )  # fmt: skip
         self._change[held] = 0.0  # they are where they shall be
         self._filter.solve(self._right_side, self._change)
         middle += self._change

@@ -15,7 +15,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
-from cloth_core.kernels import springs, surface
+from cloth_core.kernels import curvature, springs, surface
 
 
 class Meyer2000:
@@ -68,14 +68,18 @@ class Meyer2000:
         """Springs, bending, and the artificial viscosity dt H v that implicit integration amounts to, (V, 3) N."""
         mesh, material = self.model.mesh, self.model.material
         self._force[:] = 0.0
-        springs.add_spring_forces(
-            position, velocity, mesh.spring_vertex, mesh.spring_rest, self.model.spring_stiffness, dt, self._force
-        )
+        if self.model.membrane is not None:
+            self.model.membrane.add_forces(position, velocity, dt, self._force)
+        else:
+            springs.add_spring_forces(
+                position, velocity, mesh.spring_vertex, mesh.spring_rest, self.model.spring_stiffness, dt, self._force
+            )
         if self.model.bends:
             lasting = dt + material.bend_damping
-            springs.add_hinge_forces(
-                position, velocity, mesh.hinge_vertex, mesh.hinge_weight, material.bend, lasting, self._force
-            )
+            curvature.add_bending_forces(
+                position, velocity, mesh.curvature_start, mesh.curvature_vertex, mesh.curvature_weight,
+                material.bend, lasting, self._force,
+            )  # fmt: skip
         return self._force
 
     def filtered_velocity(

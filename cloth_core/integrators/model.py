@@ -16,8 +16,10 @@ from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
 from cloth_core.physics.contacts import Contacts
+from cloth_core.physics.membrane import Membrane
 from cloth_core.physics.momentum import MomentumBalance
 from cloth_core.physics.stretch_limit import StretchLimit
+from cloth_core.physics.thread_limit import ThreadLimit
 
 NEGLIGIBLE_EXCESS, NEGLIGIBLE_PUSH = 1e-5, 1e-7
 """A sweep that corrects less has nothing left to do: a ratio over the stretch limit, and m below a surface."""
@@ -66,12 +68,14 @@ class Model:
         self.spring_stiffness = mesh.spring_stiffness(material)
         assembly = assembly or Assembly(mesh)
         self.stretch, self.bending = assembly.stretch(material), assembly.bending(material)
-        self.bends = material.bend > 0.0 and len(mesh.hinge_vertex) > 0
+        self.bends = material.bend > 0.0 and len(mesh.curvature_vertex) > 0
         self.h = h
         self._pinned, self._filters = pinned, []
         self._plans = plans or Plans()
         self.balance = MomentumBalance(mesh, self.mass)
-        self.limit = StretchLimit(mesh, material, self.mass)
+        woven = mesh.is_membrane(material)
+        self.membrane = Membrane(mesh, material) if woven else None
+        self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
         self.drag = 0.5 * config.air_density * material.drag
         self.free = np.ones(mesh.vertex_count, dtype=np.bool_)
@@ -135,9 +139,7 @@ class Model:
                 break
         return sweep, excess
 
-    def settle(
-        self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep
-    ) -> np.ndarray:
+    def settle(self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep) -> np.ndarray:
         """(V, 3) m/s, the velocity that a substep ends with: its displacement over h, damped, with impacts."""
         settled = np.empty_like(velocity)
         scale = math.exp(-self.material.damping * substep.h) / substep.h

@@ -200,16 +200,3 @@ def vertex_strain(position, spring_vertex, rest, chosen, strain):
     for v in range(strain.shape[0]):
         if strain[v] == -np.inf:
             strain[v] = 0.0
-
-
-@kernel
-def add_hinge_forces(position, velocity, hinge_vertex, hinge_weight, bend, viscosity_time, force):
-    """Add -Q (x + ``viscosity_time`` v) of the quadratic bending energy to ``force`` (V, 3) N."""
-    for e in range(hinge_vertex.shape[0]):
-        for a in range(3):
-            curl = 0.0
-            for n in range(4):
-                v = hinge_vertex[e, n]
-                curl += hinge_weight[e, n] * (position[v, a] + viscosity_time * velocity[v, a])
-            for n in range(4):
-                force[hinge_vertex[e, n], a] -= bend * curl * hinge_weight[e, n]

@@ -11,7 +11,9 @@ from cloth_core.errors import MeshError
 from cloth_core.meshing.areas import vertex_areas
 from cloth_core.meshing.directions import SHEAR, WARP, WEFT
 from cloth_core.meshing.faults import ATOM, LARGEST_COORDINATE, SLIVER
+from cloth_core.meshing.grid_curvature import readings
 from cloth_core.meshing.hinges import hinges
+from cloth_core.meshing.threads import slopes
 
 
 def fields(width: float, height: float, columns: int, rows: int) -> dict[str, Any]:
@@ -22,8 +24,9 @@ def fields(width: float, height: float, columns: int, rows: int) -> dict[str, An
     position = np.column_stack([(uv - 0.5) * [width, height], np.zeros(len(uv))])
     number = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     triangles = _alternating_triangles(number)
-    springs, weight, limited = _springs(number, width / (columns - 1), height / (rows - 1))
-    hinge_vertex, hinge_weight = hinges(position, triangles)
+    dx, dy = width / (columns - 1), height / (rows - 1)
+    springs, weight, limited = _springs(number, dx, dy)
+    curvature = readings(number, dx, dy)
     return dict(
         rest_position=position,
         triangles=triangles,
@@ -31,8 +34,12 @@ def fields(width: float, height: float, columns: int, rows: int) -> dict[str, An
         spring_rest=np.linalg.norm(position[springs[:, 0]] - position[springs[:, 1]], axis=1),
         spring_weight=weight,
         spring_limited=limited,
-        hinge_vertex=hinge_vertex,
-        hinge_weight=hinge_weight,
+        spring_bias=np.ones(len(springs)),
+        triangle_slope=slopes(position, triangles, np.array([0.0, 1.0, 0.0])),
+        hinge_vertex=hinges(position, triangles)[0],
+        curvature_start=curvature.start,
+        curvature_vertex=curvature.vertex,
+        curvature_weight=curvature.weight,
         vertex_area=vertex_areas(position, triangles),
         uv=uv,
         groups=_groups(number),
@@ -83,6 +90,9 @@ def _springs(number: np.ndarray, dx: float, dy: float) -> tuple[np.ndarray, np.n
     weight[x:y, WARP] = share_y.ravel() * dx / dy
     # Shearing a cell by g lengthens each diagonal by g dx dy / length; the two together store shear/2 g^2 per area.
     weight[y:, SHEAR] = (dx * dx + dy * dy) / (2 * dx * dy)
+    # What the diagonals carry along the threads, these do not.
+    weight[:x, SHEAR] = -share_x.ravel() * dx / dy
+    weight[x:y, SHEAR] = -share_y.ravel() * dy / dx
     order = np.lexsort((springs.max(axis=1), springs.min(axis=1)))
     return springs[order].astype(np.int32), weight[order], (np.arange(len(springs)) < y)[order]
 

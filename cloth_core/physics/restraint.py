@@ -41,8 +41,8 @@ class Restraint:
     def __init__(self, mesh: ClothMesh, material: Material, strongest: float) -> None:
         self._mesh, self._mass, self._strongest = mesh, mesh.vertex_mass(material), strongest
         self._limited, self._vertex = np.flatnonzero(mesh.spring_limited), mesh.spring_vertex
-        self._longest = mesh.spring_rest * (material.stretch_limit + MARGIN)
-        self._aim = mesh.spring_rest * (material.stretch_limit + AIM)
+        self._longest = mesh.limit_rest * (material.stretch_limit + MARGIN)
+        self._aim = mesh.limit_rest * (material.stretch_limit + AIM)
         self._hands: list[np.ndarray] = []
         self._pinned = np.zeros(0, np.int32)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cloth_core.linear import bending_matrix, stretch_matrix
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.meshing.checks import refuse
@@ -14,7 +15,7 @@ size from 1e14 on, and the factorisation fails from 3e14 on."""
 
 
 def check_stiffness(mesh: ClothMesh, material: Material, substep: float) -> None:
-    """Refuse vertices whose springs and hinges outweigh their mass by more than double precision can hold.
+    """Refuse vertices whose stretching and bending outweigh their mass by more than double precision can hold.
 
     Each value may be in its range and the whole still be impossible: stiff bending on a mesh finer than threads.
 
@@ -26,10 +27,8 @@ def check_stiffness(mesh: ClothMesh, material: Material, substep: float) -> None
     Raises:
         MeshError: naming the vertices.
     """
-    springs = np.repeat(mesh.spring_stiffness(material), 2)
-    stiffness = np.bincount(mesh.spring_vertex.ravel(), springs, mesh.vertex_count)
-    hinges = material.bend * mesh.hinge_weight**2
-    stiffness += np.bincount(mesh.hinge_vertex.ravel(), hinges.ravel(), mesh.vertex_count)
+    stiffness = stretch_matrix(mesh, material).diagonal()
+    stiffness += bending_matrix(mesh, material).diagonal()
     lost = ~(substep**2 * stiffness <= STIFFEST * mesh.vertex_mass(material))
     refuse(
         f"vertices too light for how stiffly they are held (more than {STIFFEST:g} times their inertia)",

@@ -11,35 +11,51 @@ from cloth_core.mesh import ClothMesh
 FADE = 0.97
 """Share of a limit's tension that the next substep starts with. A tension that only ever adds up lags behind what it
 limits by a quarter of a period, and so pumps energy into what swings."""
+SHARE = 0.8
+"""Of the stiffness of a sheet along its threads, with which a limit's tension grows. As much as W holds them with, and
+long steps with one pass of one iteration come to no rest; the less, the more of an excess stays."""
 
 
 SLACK = 0.02
-"""Springs that are shorter than their longest by more than this share are left out of a substep's sweeps."""
+"""What is shorter than its longest by more than this share is left out of a substep's sweeps."""
 
 
-class StretchLimit:
-    """Shortens overlong springs in place, in a fixed order that alternates so that corrections cross the cloth."""
+class HeldMasses:
+    """How easily vertices give way to corrections: by their mass, and not at all where they are held.
 
-    def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
-        self._vertex = mesh.spring_vertex
-        self._limited = np.flatnonzero(mesh.spring_limited)
-        self._longest = mesh.spring_rest * material.stretch_limit
-        self._shortest = (1.0 - SLACK) * self._longest
-        self._stiffness = mesh.spring_stiffness(material)
-        # As much again as the spring would pull with at twice its length: more would outweigh W.
-        self._strongest = self._stiffness * mesh.spring_rest
-        self._taut, self._room = self._limited, np.empty_like(self._limited)
+    Args:
+        mass: (V,) kg.
+    """
+
+    def __init__(self, mass: np.ndarray) -> None:
         self._free_inverse_mass = 1.0 / mass
         self.hold(np.zeros(0, dtype=np.int32))
-
-    def slack(self) -> np.ndarray:
-        """(S,) N, no tension yet."""
-        return np.zeros(len(self._longest))
 
     def hold(self, held: np.ndarray) -> None:
         """From now on these vertices stay and the other end moves all the way."""
         self._inverse_mass = self._free_inverse_mass.copy()
         self._inverse_mass[held] = 0.0
+
+
+class StretchLimit(HeldMasses):
+    """Shortens overlong springs in place, in a fixed order that alternates so that corrections cross the cloth."""
+
+    def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
+        super().__init__(mass)
+        self._vertex = mesh.spring_vertex
+        self._limited = np.flatnonzero(mesh.spring_limited)
+        self._longest = mesh.spring_rest * material.stretch_limit
+        self._shortest = (1.0 - SLACK) * self._longest
+        # That of the cloth along the thread, whatever part of it the diagonals of a grid have.
+        sheet = SHARE * np.array(material.sheet_stiffness())
+        self._stiffness = np.maximum(mesh.spring_weight, 0.0) @ np.array([*sheet, 1.0])
+        # What the spring would pull with at twice its length: more would outweigh W.
+        self._strongest = self._stiffness * mesh.spring_rest
+        self._taut, self._room = self._limited, np.empty_like(self._limited)
+
+    def slack(self) -> np.ndarray:
+        """(S,) N, no tension yet."""
+        return np.zeros(len(self._longest))
 
     def find(self, position: np.ndarray, tension: np.ndarray) -> None:
         """Find what :meth:`carry` and :meth:`sweep` shall look at: the springs under tension, or nearly overlong.

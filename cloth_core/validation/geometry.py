@@ -42,7 +42,7 @@ def cylinder_energy(_: str) -> Measurement:
     x, y, _z = mesh.rest_position.T
     rolled = np.stack([radius * np.sin(x / radius), y, radius * np.cos(x / radius)], axis=1)
     energy = 0.5 * float(np.sum(rolled * (bending_matrix(mesh, Material(bend=bend)) @ rolled)))
-    return Measurement(0.5 * bend / radius**2 * width * height, energy, 0.01, "J")
+    return Measurement(0.5 * bend / radius**2 * width * height, energy, 1e-3, "J")
 
 
 LAWS = (

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cloth_core import Grasp, InputError, Inputs, Pose, State, StepReport
-from cloth_core.kernels import springs, surface
+from cloth_core.kernels import surface
+from cloth_core.physics.strain import vertex_strain
 from cloth_core.scene import Scene
 
 
@@ -175,14 +176,12 @@ class Simulation:
         area, normal = np.empty_like(state.position), np.empty_like(state.position)
         surface.area_vectors(state.position, mesh.triangles, area)
         surface.normals(area, normal)
-        strain = np.empty(len(state.position))
-        springs.vertex_strain(state.position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited, strain)
         return Frame(
             step_index=state.step_index,
             time=state.time,
             position=state.position,
             normal=normal,
-            strain=strain,
+            strain=vertex_strain(mesh, state.position),
             report=self.solver.report,
             inputs=inputs,
             step_seconds=seconds,

@@ -11,13 +11,12 @@ from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig, S
 from cloth_core.integrators.model import Model
 from cloth_core.physics.bending import SLOWEST, Bending
 from cloth_core.physics.momentum import MomentumBalance
-from cloth_core.validation.geometry import irregular_sheet
 from cloth_core.validation.scenes import NO_GRAVITY, UNLIMITED, last, states
 
 MESH = ClothMesh.grid(width=0.4, height=0.3, columns=7, rows=5)
 FABRIC = Material(bend=2e-3, bend_damping=0.05)
 MASS = MESH.vertex_mass(FABRIC)
-Q = twins.bending_matrix(MESH.vertex_count, MESH.hinge_vertex, MESH.hinge_weight, FABRIC.bend)
+Q = twins.bending_of(MESH, FABRIC)
 NOBODY = np.array([], int)
 NO_LAG, GRAVITY, WEIGHTLESS = np.zeros_like(MESH.rest_position), np.array([0.3, -0.5, -9.8]), np.zeros(3)
 
@@ -36,7 +35,7 @@ def crumpled(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 def modes(mesh: ClothMesh, material: Material) -> tuple[np.ndarray, np.ndarray]:
     """Squared frequencies s^-2 of free vibration, rising, and their shapes (V, V) as columns."""
-    hessian = twins.bending_matrix(mesh.vertex_count, mesh.hinge_vertex, mesh.hinge_weight, material.bend)
+    hessian = twins.bending_of(mesh, material)
     return eigh(hessian, np.diag(mesh.vertex_mass(material)))
 
 
@@ -123,35 +122,6 @@ def test_a_clamped_strip_sags_alike_whatever_its_viscosity():
         sagging.append(state.position)
     assert -0.05 < sagging[0][:, 2].min() < -0.01
     np.testing.assert_allclose(sagging[1], sagging[0], atol=1e-5)
-
-
-def test_the_lowest_mode_of_a_free_strip_is_nearly_that_of_a_beam_however_it_is_meshed():
-    """That of a beam is w = 22.373 sqrt(B / sigma) / L^2. A sheet is softer: it curves across as well."""
-    material, length = Material(bend=1e-3), 0.6
-    beam = 22.373 * np.sqrt(material.bend / material.areal_density) / length**2
-    coarse, fine, irregular = (
-        _lowest_along(mesh, material)
-        for mesh in (
-            ClothMesh.grid(width=length, height=0.15, columns=17, rows=5),
-            ClothMesh.grid(width=length, height=0.15, columns=33, rows=9),
-            irregular_sheet(length, 0.15, 24),
-        )
-    )
-    assert 0.85 * beam < min(coarse, fine, irregular) and max(coarse, fine, irregular) < beam
-    assert coarse == pytest.approx(fine, rel=0.02)
-    assert irregular == pytest.approx(fine, rel=0.08)
-
-
-def _lowest_along(mesh: ClothMesh, material: Material) -> float:
-    """1/s: the first mode, after the three rigid ones, that is mostly a parabola along x."""
-    square, shapes = modes(mesh, material)
-    x, mass = mesh.rest_position[:, 0], mesh.vertex_mass(material)
-    np.testing.assert_allclose(square[:3], 0.0, atol=1e-6 * square[3])
-    rigid = np.column_stack([np.ones(len(x)), x])
-    weight = np.sqrt(mass)
-    parabola = x**2 - rigid @ np.linalg.lstsq(rigid * weight[:, None], x**2 * weight, rcond=None)[0]
-    share = (mass * parabola @ shapes) ** 2 / (mass @ parabola**2)
-    return float(np.sqrt(square[np.flatnonzero(share > 0.8)[0]]))
 
 
 @pytest.mark.parametrize(("substeps", "solves"), [(10, 2), (40, 2), (7, 7), (1, 1)])

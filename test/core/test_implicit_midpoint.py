@@ -62,7 +62,7 @@ def test_twenty_substeps_are_those_of_the_dense_twin(held, iterations):
     mesh, held = ClothMesh.grid(width=0.4, height=0.3, columns=5, rows=3), np.array(held, int)
     solver = solver_of(mesh, iterations, held, bend=1e-3, bend_damping=0.05, stretch_damping=1e-3)
     mass, material = mesh.vertex_mass(solver.material), solver.material
-    bending = twins.bending_matrix(mesh.vertex_count, mesh.hinge_vertex, mesh.hinge_weight, material.bend)
+    bending = twins.bending_of(mesh, material)
     state = crumpled(mesh, 3)
     x, v, lag = state.position, state.velocity.copy(), np.zeros((mesh.vertex_count, 3))
     for _ in range(20):

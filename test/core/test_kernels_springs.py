@@ -8,7 +8,7 @@ import twins
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cloth_core.kernels import springs
+from cloth_core.kernels import curvature, springs
 
 SEEDS = st.integers(0, 10**6)
 
@@ -114,13 +114,12 @@ def test_stretch_and_strain_are_read_off_the_chosen_springs(seed):
 
 
 @given(SEEDS, st.sampled_from([0.0, 0.02]))
-def test_hinge_forces_are_minus_q_times_x(seed, dt):
+def test_bending_forces_are_minus_q_times_x(seed, dt):
     random, x, v, *_ = random_net(seed)
-    x = np.concatenate([x, random.normal(size=(2, 3))])
-    v = np.concatenate([v, random.normal(size=(2, 3))])
-    hinges = np.array([random.choice(len(x), 4, replace=False) for _ in range(5)], np.int32)
-    weights = random.normal(size=(5, 4))
+    start = np.array([0, 3, 3, 7, 12], np.int32)
+    vertex = random.integers(len(x), size=12).astype(np.int32)
+    weight = random.normal(size=12)
     force = np.ones_like(x)
-    springs.add_hinge_forces(x, v, hinges, weights, 0.7, dt, force)
-    expected = -twins.bending_matrix(len(x), hinges, weights, 0.7) @ (x + dt * v)
+    curvature.add_bending_forces(x, v, start, vertex, weight, 0.7, dt, force)
+    expected = -twins.bending_matrix(len(x), start, vertex, weight, 0.7) @ (x + dt * v)
     np.testing.assert_allclose(force - 1.0, expected, atol=1e-12)

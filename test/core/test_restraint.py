@@ -33,7 +33,7 @@ def restrained(mesh, way, hands=(), pinned=NOBODY, lying=NOBODY, strongest=100.0
 
 
 def stretch(mesh, position):
-    return largest_stretch(position, mesh.spring_vertex, mesh.spring_rest, mesh.spring_limited)
+    return largest_stretch(position, mesh.spring_vertex, mesh.limit_rest, mesh.spring_limited)
 
 
 def test_what_is_within_its_margin_stays_bit_equal():

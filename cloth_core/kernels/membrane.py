@@ -1,0 +1,182 @@
+"""The sheet as triangles of constant strain: gauges in four directions, and the stretch limit of warp and weft.
+
+A triangle's deformation gradient has two columns, what a metre of warp and a metre of weft have become: sums over
+its corners of ``slope`` (T, 3, 2) 1/m times position. A gauge of direction d reads the length of F d.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cloth_core.kernels import kernel
+
+
+@kernel
+def thread(values, triangles, slope, t, k):
+    """Column ``k`` of the gradient of ``values`` (V, 3) over triangle ``t``: x, y and z."""
+    h, i, j = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    # The share of one corner follows from the others: they add up to one everywhere.
+    p, q = slope[t, 1, k], slope[t, 2, k]
+    x = p * (values[i, 0] - values[h, 0]) + q * (values[j, 0] - values[h, 0])
+    y = p * (values[i, 1] - values[h, 1]) + q * (values[j, 1] - values[h, 1])
+    z = p * (values[i, 2] - values[h, 2]) + q * (values[j, 2] - values[h, 2])
+    return x, y, z
+
+
+@kernel
+def add_membrane_forces(
+    position, velocity, triangles, slope, area, direction, modulus, viscosity_time, force
+):  # fmt: skip
+    """Add the forces of all gauges to ``force`` (V, 3) N, with the paper's viscosity: modulus * dt * rate of F d.
+
+    ``area`` (T,) m^2, ``direction`` (D, 2), ``modulus`` (D,) N/m, ``viscosity_time`` s.
+    """
+    stretched = np.empty((2, 3))
+    rate = np.empty((2, 3))
+    pull = np.empty((2, 3))
+    for t in range(triangles.shape[0]):
+        for k in range(2):
+            stretched[k, 0], stretched[k, 1], stretched[k, 2] = thread(position, triangles, slope, t, k)
+            rate[k, 0], rate[k, 1], rate[k, 2] = thread(velocity, triangles, slope, t, k)
+        pull[:] = 0.0
+        for d in range(direction.shape[0]):
+            p, q = direction[d, 0], direction[d, 1]
+            square = 0.0
+            for a in range(3):
+                square += (p * stretched[0, a] + q * stretched[1, a]) ** 2
+            share = 1.0 - 1.0 / math.sqrt(square) if square > 0.0 else 0.0
+            stiffness = area[t] * modulus[d]
+            for a in range(3):
+                along = p * stretched[0, a] + q * stretched[1, a]
+                drag = viscosity_time * (p * rate[0, a] + q * rate[1, a])
+                pull[0, a] += stiffness * p * (share * along + drag)
+                pull[1, a] += stiffness * q * (share * along + drag)
+        for n in range(3):
+            v = triangles[t, n]
+            for a in range(3):
+                force[v, a] -= slope[t, n, 0] * pull[0, a] + slope[t, n, 1] * pull[1, a]
+
+
+@kernel
+def add_membrane_impulses(
+    position, start, triangles, slope, area, direction, modulus, tension, viscosity, scale, right_side
+):
+    """Add ``scale`` s^2 times the force of every gauge to ``right_side`` (V, 3) kg m.
+
+    A gauge of stiffness area * modulus pulls with stiffness * (length - 1), plus the ``tension`` (T, 2) J of its
+    stretch limit if it is the first (warp) or second (weft), plus stiffness * ``viscosity`` times what it lengthened
+    since ``start`` along its own direction: a rigid rotation is not damped.
+    """
+    for t in range(triangles.shape[0]):
+        ux, uy, uz = thread(position, triangles, slope, t, 0)
+        vx, vy, vz = thread(position, triangles, slope, t, 1)
+        ax, ay, az = thread(start, triangles, slope, t, 0)
+        bx, by, bz = thread(start, triangles, slope, t, 1)
+        ax, ay, az = ux - ax, uy - ay, uz - az
+        bx, by, bz = vx - bx, vy - by, vz - bz
+        warp_x = warp_y = warp_z = 0.0
+        weft_x = weft_y = weft_z = 0.0
+        for d in range(direction.shape[0]):
+            p, q = direction[d, 0], direction[d, 1]
+            ex, ey, ez = p * ux + q * vx, p * uy + q * vy, p * uz + q * vz
+            square = ex * ex + ey * ey + ez * ez
+            if square == 0.0:
+                continue
+            length = math.sqrt(square)
+            gain = ex * (p * ax + q * bx) + ey * (p * ay + q * by) + ez * (p * az + q * bz)
+            stiffness = area[t] * modulus[d]
+            limit = tension[t, d] if d < 2 else 0.0
+            c = scale * ((stiffness * (length - 1.0) + limit) / length + stiffness * viscosity * gain / square)
+            warp_x += c * p * ex
+            warp_y += c * p * ey
+            warp_z += c * p * ez
+            weft_x += c * q * ex
+            weft_y += c * q * ey
+            weft_z += c * q * ez
+        for n in range(3):
+            v = triangles[t, n]
+            p, q = slope[t, n, 0], slope[t, n, 1]
+            right_side[v, 0] -= p * warp_x + q * weft_x
+            right_side[v, 1] -= p * warp_y + q * weft_y
+            right_side[v, 2] -= p * warp_z + q * weft_z
+
+
+@kernel
+def find_taut_threads(position, triangles, slope, shortest, tension, taut):
+    """List the threads, 2 t for the warp and 2 t + 1 for the weft of triangle t, that are near their limit.
+
+    Those are longer than ``shortest``, a ratio, or under ``tension`` (T, 2) J. Returns how many there are; they stand
+    at the beginning of ``taut`` (2 T,).
+    """
+    count = 0
+    for t in range(triangles.shape[0]):
+        for k in range(2):
+            x, y, z = thread(position, triangles, slope, t, k)
+            if x * x + y * y + z * z > shortest * shortest or tension[t, k] > 0.0:
+                taut[count] = 2 * t + k
+                count += 1
+    return count
+
+
+@kernel
+def carry_thread_limit(position, taut, triangles, slope, longest, stiffness, kept, tension):
+    """Let the ``taut`` threads carry by ``tension`` (T, 2) J what keeps them at ``longest``, a ratio.
+
+    As ``springs.carry_limit``, with ``stiffness`` (T, 2) J; never more than that, the pull at twice the length.
+    """
+    for n in range(taut.shape[0]):
+        t, k = taut[n] // 2, taut[n] % 2
+        x, y, z = thread(position, triangles, slope, t, k)
+        square = x * x + y * y + z * z
+        if square > longest * longest or tension[t, k] > 0.0:
+            carried = kept * tension[t, k] + stiffness[t, k] * (math.sqrt(square) - longest)
+            tension[t, k] = min(max(carried, 0.0), stiffness[t, k])
+
+
+@kernel
+def shorten_threads(position, taut, triangles, slope, longest, inverse_mass, backward):
+    """One pass over those of the ``taut`` threads that are longer than ``longest``, a ratio, maybe ``backward``.
+
+    As ``springs.shorten_springs``: corners move along the thread so that their centre of gravity stays; one whose
+    ``inverse_mass`` is zero stays. Returns the largest excess met, as a share of ``longest``.
+    """
+    count = taut.shape[0]
+    worst = 0.0
+    for n in range(count):
+        number = taut[count - 1 - n] if backward else taut[n]
+        t, k = number // 2, number % 2
+        x, y, z = thread(position, triangles, slope, t, k)
+        square = x * x + y * y + z * z
+        if square <= longest * longest:
+            continue
+        share = 0.0
+        for m in range(3):
+            share += slope[t, m, k] ** 2 * inverse_mass[triangles[t, m]]
+        if share == 0.0:
+            continue
+        length = math.sqrt(square)
+        excess = length - longest
+        worst = max(worst, excess / longest)
+        c = excess / (length * share)
+        for m in range(3):
+            v = triangles[t, m]
+            move = c * slope[t, m, k] * inverse_mass[v]
+            position[v, 0] -= move * x
+            position[v, 1] -= move * y
+            position[v, 2] -= move * z
+    return worst
+
+
+@kernel
+def vertex_thread_strain(position, triangles, slope, strain):
+    """Largest strain (length - 1) of warp and weft in the triangles at each vertex, into ``strain`` (V,)."""
+    strain[:] = -np.inf
+    for t in range(triangles.shape[0]):
+        for k in range(2):
+            x, y, z = thread(position, triangles, slope, t, k)
+            e = math.sqrt(x * x + y * y + z * z) - 1.0
+            for n in range(3):
+                v = triangles[t, n]
+                strain[v] = max(strain[v], e)

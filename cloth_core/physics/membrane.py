@@ -1,0 +1,42 @@
+"""The sheet that triangles make, where springs cannot: the same in every mesh, with the threads where they run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cloth_core.kernels import membrane as kernels
+from cloth_core.linear.gauges import gauges
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+
+
+class Membrane:
+    """What the triangles of a mesh do as a sheet of a material (see :func:`~cloth_core.linear.gauges.gauges`)."""
+
+    def __init__(self, mesh: ClothMesh, material: Material) -> None:
+        self._mesh, self._area = mesh, mesh.triangle_area
+        self._direction, self._modulus = gauges(material)
+
+    def add_forces(self, position: np.ndarray, velocity: np.ndarray, viscosity_time: float, force: np.ndarray) -> None:
+        """Add elastic forces and the paper's viscosity of ``viscosity_time`` s to ``force`` (V, 3) N."""
+        mesh = self._mesh
+        kernels.add_membrane_forces(
+            position, velocity, mesh.triangles, mesh.triangle_slope, self._area,
+            self._direction, self._modulus, viscosity_time, force,
+        )  # fmt: skip
+
+    def add_impulses(
+        self,
+        position: np.ndarray,
+        start: np.ndarray,
+        tension: np.ndarray,
+        viscosity: float,
+        scale: float,
+        right_side: np.ndarray,
+    ) -> None:
+        """The local step: add ``scale`` s^2 times the forces to ``right_side`` (V, 3) kg m, ``tension`` (T, 2) J."""
+        mesh = self._mesh
+        kernels.add_membrane_impulses(
+            position, start, mesh.triangles, mesh.triangle_slope, self._area,
+            self._direction, self._modulus, tension, viscosity, scale, right_side,
+        )  # fmt: skip

@@ -1,0 +1,49 @@
+"""The stretch limit of a sheet of triangles: no warp and no weft in any of them gets longer than its material allows.
+
+Shearing is free, as it is on a grid, whose diagonals have no limit: threads that cross turn against each other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cloth_core.kernels import membrane as kernels
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+from cloth_core.physics import stretch_limit
+from cloth_core.physics.stretch_limit import HeldMasses
+
+
+class ThreadLimit(HeldMasses):
+    """As :class:`~cloth_core.physics.stretch_limit.StretchLimit`, for threads of triangles."""
+
+    def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
+        super().__init__(mass)
+        self._triangles, self._slope, self._longest = mesh.triangles, mesh.triangle_slope, material.stretch_limit
+        warp, weft, _ = material.sheet_stiffness()
+        self._stiffness = mesh.triangle_area[:, None] * (stretch_limit.SHARE * np.array([warp, weft]))
+        self._room = np.arange(self._stiffness.size)
+        self._taut = self._room.copy()
+
+    def slack(self) -> np.ndarray:
+        """(T, 2) J, no tension yet: that of warp and weft, for a stretch of one."""
+        return np.zeros(self._stiffness.shape)
+
+    def find(self, position: np.ndarray, tension: np.ndarray) -> None:
+        """Find the threads that :meth:`carry` and :meth:`sweep` shall look at, ``tension`` (T, 2) J as below."""
+        shortest = (1.0 - stretch_limit.SLACK) * self._longest
+        count = kernels.find_taut_threads(position, self._triangles, self._slope, shortest, tension, self._room)
+        self._taut = self._room[:count]
+
+    def carry(self, position: np.ndarray, tension: np.ndarray) -> None:
+        """Update the ``tension`` (T, 2) J by which threads at their limit pull beyond their stiffness, in place."""
+        kernels.carry_thread_limit(
+            position, self._taut, self._triangles, self._slope, self._longest, self._stiffness, stretch_limit.FADE,
+            tension,
+        )  # fmt: skip
+
+    def sweep(self, position: np.ndarray, number: int) -> float:
+        """One pass over ``position`` (V, 3); odd numbers run backwards. Returns the worst excess it met (a ratio)."""
+        return kernels.shorten_threads(
+            position, self._taut, self._triangles, self._slope, self._longest, self._inverse_mass, number % 2 == 1
+        )
