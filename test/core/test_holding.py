@@ -37,6 +37,7 @@ def solved(factor: Factor, wanted: np.ndarray | None = None) -> np.ndarray:
 @pytest.mark.parametrize("largest", [5, 24, 1000])
 def test_the_schur_complement_is_the_inverse_between_the_held_rows(rows, kind, largest, monkeypatch):
     monkeypatch.setattr(factor_module, "LEAF", largest)
+    monkeypatch.setattr(factor_module, "SINGLE_BYTES", 10**9)
     matrix = matrix_of(Material(), kind)
     factor = Factor(matrix, PLACE, 0)
     factor.hold(rows)
