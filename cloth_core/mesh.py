@@ -80,6 +80,11 @@ class ClothMesh:
         return len(self.rest_position)
 
     @cached_property
+    def spring_ends(self) -> np.ndarray:
+        """(S, 2) uint32, ``spring_vertex`` for kernels: without a sign, no index may count from the end."""
+        return self.spring_vertex.astype(np.uint32)
+
+    @cached_property
     def component(self) -> np.ndarray:
         """(V,) int32: number of the connected part that each vertex belongs to."""
         i, j = self.spring_vertex.T

@@ -51,7 +51,7 @@ class ImplicitMidpoint:
         self._viscosity = max(model.material.stretch_damping, least) / half
         self._filter = model.filter_by((1.0 + self._viscosity) * model.stretch, half * half)
         self._every = _longest_run(substeps, model.h)
-        self._bending = self._bending_for(self._every * model.h) if model.bends else None
+        self._bending = self._bending_for(substeps) if model.bends else None
         shape = model.mesh.rest_position.shape
         self._force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
         self._no_bending = np.zeros(shape)
@@ -84,8 +84,10 @@ class ImplicitMidpoint:
             New position, new velocity, sweeps done, worst excess over the stretch limit in the last sweep.
         """
         model = self.model
+        if self._bending is not None and substep.number == 0:
+            velocity = self._bending.damp(position, velocity, substep.held)
         if self._bending is not None and substep.number % self._every == 0:
-            velocity = self._bending.update(position, velocity, self._lag, substep.gravity, substep.held)
+            self._bending.bend(position, velocity, self._lag, substep.gravity, substep.held)
         inertial, middle = self.predict(position, velocity, substep)
         for number in range(self.iterations):
             self.relax(position, inertial, middle, substep.held, settled=number > 0)
@@ -134,7 +136,7 @@ class ImplicitMidpoint:
             model.membrane.add_impulses(middle, position, self._tension, self._viscosity, scale, self._right_side)
         else:
             springs.add_elastic_impulses(
-                middle, position, mesh.spring_vertex, mesh.spring_rest, model.spring_stiffness, self._tension,
+                middle, position, mesh.spring_ends, mesh.spring_rest, model.spring_stiffness, self._tension,
                 self._viscosity, scale, self._right_side,
             )  # fmt: skip
         self._change[held] = 0.0  # they are where they shall be
@@ -158,14 +160,15 @@ class ImplicitMidpoint:
         sweeps, excess = model.limit_stretch_in_contact(position, end, substep, USUAL_SWEEPS, TOLERATED_EXCESS)
         return end, sweeps, excess
 
-    def _bending_for(self, time: float) -> Bending:
+    def _bending_for(self, substeps: int) -> Bending:
         model, lasting = self.model, max(self.model.material.bend_damping, LEAST_DAMPING)
+        time, step = self._every * model.h, substeps * model.h
         return Bending(
             model.bending,
             model.mass,
             model.balance,
             model.filter_by(model.bending, time * time),
-            model.filter_by(model.bending, time * lasting),
+            model.filter_by(model.bending, step * lasting),
             time,
         )
 

@@ -21,7 +21,7 @@ from cloth_core.physics.momentum import MomentumBalance
 from cloth_core.physics.stretch_limit import StretchLimit
 from cloth_core.physics.thread_limit import ThreadLimit
 
-NEGLIGIBLE_EXCESS, NEGLIGIBLE_PUSH = 1e-5, 1e-7
+NEGLIGIBLE_EXCESS, NEGLIGIBLE_PUSH = 1e-5, 1e-5
 """A sweep that corrects less has nothing left to do: a ratio over the stretch limit, and m below a surface."""
 
 

@@ -6,7 +6,10 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import kernel
+from cloth_core.kernels import kernel, lane_kernel
+
+BATCH = 256
+"""Springs in a batch: what is known of them stays in the first cache."""
 
 
 @kernel
@@ -36,40 +39,54 @@ def add_spring_forces(position, velocity, spring_vertex, rest, stiffness, viscos
         force[j, 2] -= fz
 
 
-@kernel
+@lane_kernel
 def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
     """Add ``scale`` s^2 times the force of every spring to ``right_side`` (V, 3) kg m.
 
     A spring pulls with stiffness * (length - rest), plus the ``tension`` (S,) N of its stretch limit, plus
     stiffness * ``viscosity`` times what it lengthened since ``start`` along its own direction: a rigid
-    rotation is not damped.
+    rotation is not damped. Springs go by the batch: collected, worked on in vector lanes, and given out again.
     """
-    for s in range(spring_vertex.shape[0]):
-        i = spring_vertex[s, 0]
-        j = spring_vertex[s, 1]
-        dx = position[j, 0] - position[i, 0]
-        dy = position[j, 1] - position[i, 1]
-        dz = position[j, 2] - position[i, 2]
-        square = dx * dx + dy * dy + dz * dz
-        if square == 0.0:
-            continue
-        length = math.sqrt(square)
-        gain = (
-            dx * (dx - start[j, 0] + start[i, 0])
-            + dy * (dy - start[j, 1] + start[i, 1])
-            + dz * (dz - start[j, 2] + start[i, 2])
-        )
-        k = stiffness[s]
-        c = scale * ((k * (length - rest[s]) + tension[s]) / length + k * viscosity * gain / square)
-        dx *= c
-        dy *= c
-        dz *= c
-        right_side[i, 0] += dx
-        right_side[i, 1] += dy
-        right_side[i, 2] += dz
-        right_side[j, 0] -= dx
-        right_side[j, 1] -= dy
-        right_side[j, 2] -= dz
+    room = np.empty((4, BATCH))
+    x, y, z, gain = room[0], room[1], room[2], room[3]
+    for first in range(0, spring_vertex.shape[0], BATCH):
+        count = min(BATCH, spring_vertex.shape[0] - first)
+        for n in range(count):
+            i = spring_vertex[first + n, 0]
+            j = spring_vertex[first + n, 1]
+            dx = position[j, 0] - position[i, 0]
+            dy = position[j, 1] - position[i, 1]
+            dz = position[j, 2] - position[i, 2]
+            gain[n] = (
+                dx * (dx - start[j, 0] + start[i, 0])
+                + dy * (dy - start[j, 1] + start[i, 1])
+                + dz * (dz - start[j, 2] + start[i, 2])
+            )
+            x[n], y[n], z[n] = dx, dy, dz
+        of_batch = slice(first, first + count)
+        _pull(x, y, z, gain, rest[of_batch], stiffness[of_batch], tension[of_batch], viscosity, scale)
+        for n in range(count):
+            i = spring_vertex[first + n, 0]
+            j = spring_vertex[first + n, 1]
+            right_side[i, 0] += x[n]
+            right_side[i, 1] += y[n]
+            right_side[i, 2] += z[n]
+            right_side[j, 0] -= x[n]
+            right_side[j, 1] -= y[n]
+            right_side[j, 2] -= z[n]
+
+
+@lane_kernel
+def _pull(x, y, z, gain, rest, stiffness, tension, viscosity, scale):
+    """Turn the vectors along springs into what :func:`add_elastic_impulses` adds."""
+    for n in range(rest.shape[0]):
+        square = x[n] * x[n] + y[n] * y[n] + z[n] * z[n]
+        inverse = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
+        k = stiffness[n]
+        c = scale * (k + (tension[n] - k * rest[n]) * inverse + k * viscosity * gain[n] * inverse * inverse)
+        x[n] *= c
+        y[n] *= c
+        z[n] *= c
 
 
 @kernel

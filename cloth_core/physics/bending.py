@@ -1,4 +1,4 @@
-"""Bending and its viscosity, each in an implicit solve of its own, a few times in a step."""
+"""Bending and its viscosity, each in implicit solves of its own: one or a few in a step."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class Bending:
         mass: (V,) kg.
         balance: restores the momenta of free parts, which W does not keep.
         elastic: (M + time^2 B)^-1.
-        viscous: (M + time bend_damping B)^-1.
-        time: s between two solves.
+        viscous: (M + step bend_damping B)^-1, for a whole step.
+        time: s between two elastic solves.
     """
 
     def __init__(
@@ -50,27 +50,14 @@ class Bending:
         self.acceleration = np.zeros(shape)
         self._ahead, self._impulse, self._change, self._nothing = (np.zeros(shape) for _ in range(4))
 
-    def update(
-        self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, gravity: np.ndarray, held: np.ndarray
-    ) -> np.ndarray:
-        """Renew ``acceleration`` (V, 3) m/s^2 for the time to come.
+    def damp(self, position: np.ndarray, velocity: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """What viscosity leaves of the ``velocity`` of a step, (V, 3) m/s.
 
         Args:
             position: (V, 3) m.
             velocity: (V, 3) m/s.
-            lag: (V, 3) m/s, by which the motion is ahead of ``velocity``.
-            gravity: (3,) m/s^2.
             held: vertices that are pinned or grasped.
-
-        Returns:
-            ``velocity`` after the viscosity, a new array.
         """
-        damped = self.damp(position, velocity, held)
-        self.bend(position, damped, lag, gravity, held)
-        return damped
-
-    def damp(self, position: np.ndarray, velocity: np.ndarray, held: np.ndarray) -> np.ndarray:
-        """(V, 3) m/s, what viscosity leaves of the ``velocity``."""
         damped = velocity.copy()
         np.multiply(velocity, self._mass[:, None], out=self._impulse)
         self._viscous.solve(self._impulse, damped)
@@ -80,7 +67,15 @@ class Bending:
     def bend(
         self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, gravity: np.ndarray, held: np.ndarray
     ) -> None:
-        """Renew ``acceleration``."""
+        """Renew ``acceleration`` (V, 3) m/s^2 for the time to come.
+
+        Args:
+            position: (V, 3) m.
+            velocity: (V, 3) m/s.
+            lag: (V, 3) m/s, by which the motion is ahead of ``velocity``.
+            gravity: (3,) m/s^2.
+            held: vertices that are pinned or grasped.
+        """
         matrix, time, change = self._matrix, self._time, self._change
         kernels.look_ahead(position, velocity, lag, time, self._ahead)
         kernels.add_up_impulses(

@@ -40,7 +40,7 @@ class Restraint:
 
     def __init__(self, mesh: ClothMesh, material: Material, strongest: float) -> None:
         self._mesh, self._mass, self._strongest = mesh, mesh.vertex_mass(material), strongest
-        self._limited, self._vertex = np.flatnonzero(mesh.spring_limited), mesh.spring_vertex
+        self._limited, self._vertex = np.flatnonzero(mesh.spring_limited).astype(np.uint32), mesh.spring_ends
         self._longest = mesh.limit_rest * (material.stretch_limit + MARGIN)
         self._aim = mesh.limit_rest * (material.stretch_limit + AIM)
         self._hands: list[np.ndarray] = []

@@ -42,8 +42,8 @@ class StretchLimit(HeldMasses):
 
     def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
         super().__init__(mass)
-        self._vertex = mesh.spring_vertex
-        self._limited = np.flatnonzero(mesh.spring_limited)
+        self._vertex = mesh.spring_ends
+        self._limited = np.flatnonzero(mesh.spring_limited).astype(np.uint32)
         self._longest = mesh.spring_rest * material.stretch_limit
         self._shortest = (1.0 - SLACK) * self._longest
         # That of the cloth along the thread, whatever part of it the diagonals of a grid have.
