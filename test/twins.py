@@ -68,6 +68,22 @@ def shorten(x, spring_vertex, longest, inverse_mass, backward):
     return x, worst
 
 
+def calmed(x, v, lag, taut, spring_vertex, longest, inverse_mass, rate):
+    """Velocities and lags when overlong springs, each in turn, shorten by no more than ``rate`` of their length."""
+    v, lag = v.copy(), lag.copy()
+    for s in taut:
+        i, j = spring_vertex[s]
+        axis, length = x[j] - x[i], np.linalg.norm(x[j] - x[i])
+        if length <= longest[s] or inverse_mass[i] + inverse_mass[j] == 0:
+            continue
+        lag[i] = lag[j] = 0.0
+        too_fast = max(0.0, axis @ (v[i] - v[j]) / length**2 - rate)
+        impulse = too_fast / (inverse_mass[i] + inverse_mass[j]) * axis
+        v[i] = v[i] - inverse_mass[i] * impulse
+        v[j] = v[j] + inverse_mass[j] * impulse
+    return v, lag
+
+
 def stretches(x, spring_vertex, rest):
     """Length over rest length of every spring."""
     return np.array([np.linalg.norm(x[j] - x[i]) / r for (i, j), r in zip(spring_vertex, rest, strict=True)])

@@ -97,7 +97,9 @@ class ImplicitMidpoint:
             end, _, excess = self.finish(position, inertial, middle, substep)
         midpoint.renew_lag(position, velocity, middle, substep.h, self._lag)
         self._lag[substep.held] = 0.0
-        return end, model.settle(position, velocity, end, substep), sweeps, excess
+        settled = model.settle(position, velocity, end, substep)
+        model.limit.calm(end, settled, self._lag)
+        return end, settled, sweeps, excess
 
     def predict(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> tuple[np.ndarray, np.ndarray]:
         """The middle of the substep by inertia, gravity, air and bending, (V, 3) m, and a copy of it to be moved.

@@ -180,3 +180,33 @@ def vertex_thread_strain(position, triangles, slope, strain):
             for n in range(3):
                 v = triangles[t, n]
                 strain[v] = max(strain[v], e)
+
+
+@kernel
+def calm_overlong_threads(position, velocity, lag, taut, triangles, slope, longest, inverse_mass, rate):
+    """Slow down those of the ``taut`` threads that are overlong and shorten by more than ``rate`` 1/s of their length.
+
+    As ``springs.calm_overlong``, by impulses of the corners along the thread.
+    """
+    for n in range(taut.shape[0]):
+        t, k = taut[n] // 2, taut[n] % 2
+        x, y, z = thread(position, triangles, slope, t, k)
+        square = x * x + y * y + z * z
+        share = 0.0
+        for m in range(3):
+            share += slope[t, m, k] ** 2 * inverse_mass[triangles[t, m]]
+        if square <= longest * longest or share == 0.0:
+            continue
+        for m in range(3):
+            for a in range(3):
+                lag[triangles[t, m], a] = 0.0
+        u, v, w = thread(velocity, triangles, slope, t, k)
+        closing = -(x * u + y * v + z * w) / square
+        if closing > rate:
+            c = (closing - rate) / share
+            for m in range(3):
+                corner = triangles[t, m]
+                change = c * slope[t, m, k] * inverse_mass[corner]
+                velocity[corner, 0] += change * x
+                velocity[corner, 1] += change * y
+                velocity[corner, 2] += change * z

@@ -171,6 +171,43 @@ def shorten_springs(position, taut, spring_vertex, longest, inverse_mass, backwa
 
 
 @kernel
+def calm_overlong(position, velocity, lag, taut, spring_vertex, longest, inverse_mass, rate):
+    """Slow down those of the ``taut`` springs that are overlong and shorten by more than ``rate`` 1/s of their length.
+
+    Their ends change the ``velocity`` (V, 3) m/s along the spring, by opposite impulses, and lose their ``lag``.
+    """
+    for n in range(taut.shape[0]):
+        s = taut[n]
+        i = spring_vertex[s, 0]
+        j = spring_vertex[s, 1]
+        dx = position[j, 0] - position[i, 0]
+        dy = position[j, 1] - position[i, 1]
+        dz = position[j, 2] - position[i, 2]
+        square = dx * dx + dy * dy + dz * dz
+        share = inverse_mass[i] + inverse_mass[j]
+        if square <= longest[s] * longest[s] or share == 0.0:
+            continue
+        for a in range(3):
+            lag[i, a] = 0.0
+            lag[j, a] = 0.0
+        closing = (
+            dx * (velocity[i, 0] - velocity[j, 0])
+            + dy * (velocity[i, 1] - velocity[j, 1])
+            + dz * (velocity[i, 2] - velocity[j, 2])
+        ) / square
+        if closing > rate:
+            c = (closing - rate) / share
+            a = c * inverse_mass[i]
+            b = c * inverse_mass[j]
+            velocity[i, 0] -= a * dx
+            velocity[i, 1] -= a * dy
+            velocity[i, 2] -= a * dz
+            velocity[j, 0] += b * dx
+            velocity[j, 1] += b * dy
+            velocity[j, 2] += b * dz
+
+
+@kernel
 def any_longer(position, limited, spring_vertex, longest):
     """Whether one of the ``limited`` springs is longer than ``longest`` (S,) m."""
     for n in range(limited.shape[0]):

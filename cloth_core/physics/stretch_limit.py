@@ -20,6 +20,11 @@ SLACK = 0.02
 """What is shorter than its longest by more than this share is left out of a substep's sweeps."""
 
 
+RECOVERY = 1.5
+"""1/s, share of its length by which an overlong thread shortens at most: what brings it back corrects its length and is
+no impulse. Left in the velocity it would keep a cloth that was torn about in motion for ever."""
+
+
 class HeldMasses:
     """How easily vertices give way to corrections: by their mass, and not at all where they are held.
 
@@ -81,4 +86,15 @@ class StretchLimit(HeldMasses):
         """One pass over ``position`` (V, 3); odd numbers run backwards. Returns the worst excess it met (a ratio)."""
         return kernels.shorten_springs(
             position, self._taut, self._vertex, self._longest, self._inverse_mass, number % 2 == 1
+        )
+
+    def calm(self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray) -> None:
+        """End as an inelastic impact what threads over their limit did in a substep.
+
+        What brings them back too fast is taken out of ``velocity`` (V, 3) m/s, in place. The ``lag`` (V, 3) m/s of
+        their ends is dropped: it would go on with an acceleration that the limit has answered already, and nothing in
+        the midpoint rule would ever take that energy away.
+        """
+        kernels.calm_overlong(
+            position, velocity, lag, self._taut, self._vertex, self._longest, self._inverse_mass, RECOVERY
         )

@@ -47,3 +47,10 @@ class ThreadLimit(HeldMasses):
         return kernels.shorten_threads(
             position, self._taut, self._triangles, self._slope, self._longest, self._inverse_mass, number % 2 == 1
         )
+
+    def calm(self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray) -> None:
+        """As :meth:`StretchLimit.calm <cloth_core.physics.stretch_limit.StretchLimit.calm>`."""
+        kernels.calm_overlong_threads(
+            position, velocity, lag, self._taut, self._triangles, self._slope, self._longest, self._inverse_mass,
+            stretch_limit.RECOVERY,
+        )  # fmt: skip

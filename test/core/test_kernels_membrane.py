@@ -94,3 +94,23 @@ def test_taut_are_the_threads_that_are_long_or_under_tension(seed):
     expected = np.flatnonzero((twins.thread_lengths(x, triangles, slope) > 1.02) | (tension > 0.0))
     np.testing.assert_array_equal(taut[:count], expected)
     assert 0 < count < tension.size
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_overlong_threads_are_calmed_and_the_momentum_stays(seed):
+    triangles, slope, _, _, _, x, _ = cloud(seed)
+    random = np.random.default_rng(seed)
+    inverse_mass, taut = random.uniform(0.5, 2.0, len(x)), np.array([2 * (len(triangles) // 2)])
+    v, lag = random.normal(size=(2, *x.shape))
+    corners, weight = triangles[taut[0] // 2], slope[taut[0] // 2, :, 0]
+    axis = weight @ x[corners]
+    longest = 0.9 * np.linalg.norm(axis)
+    v[corners] -= np.outer(weight, axis) * (1.0 + weight @ v[corners] @ axis) / (weight @ weight)  # it shortens
+    before, lag_before = v.copy(), lag.copy()
+    kernels.calm_overlong_threads(x, v, lag, taut, triangles, slope, longest, inverse_mass, 0.2)
+    assert -(weight @ v[corners] @ axis) / (axis @ axis) == pytest.approx(0.2)
+    np.testing.assert_allclose((v - before).T @ (1 / inverse_mass), 0.0, atol=1e-12)
+    rest = np.setdiff1d(np.arange(len(x)), corners)
+    np.testing.assert_array_equal(v[rest], before[rest])
+    np.testing.assert_array_equal(lag[rest], lag_before[rest])
+    assert not lag[corners].any()

@@ -101,6 +101,18 @@ def test_shortening_follows_section_3_3_2(seed, backward):
 
 
 @given(SEEDS)
+def test_overlong_springs_are_calmed_one_after_the_other(seed):
+    random, x, v, pairs, rest, _ = random_net(seed)
+    inverse_mass = random.uniform(0.5, 5.0, len(x)) * (random.random(len(x)) > 0.3)
+    taut = np.flatnonzero(random.random(len(pairs)) < 0.7)
+    lag = random.normal(size=x.shape)
+    expected, left = twins.calmed(x, v, lag, taut, pairs, rest, inverse_mass, 0.2)
+    springs.calm_overlong(x, v, lag, taut, pairs, rest, inverse_mass, 0.2)
+    np.testing.assert_allclose(v, expected, atol=1e-12)
+    np.testing.assert_array_equal(lag, left)
+
+
+@given(SEEDS)
 def test_stretch_and_strain_are_read_off_the_chosen_springs(seed):
     random, x, _, pairs, rest, _ = random_net(seed)
     rest[0] = 0.0
