@@ -27,6 +27,7 @@ from cloth_core.physics.restraint import Restraint
 from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.physics.ways import Ways
 from cloth_core.pose import Pose
+from cloth_core.rehearsal import kinds, rehearse
 from cloth_core.report import StepReport
 from cloth_core.state import Grip, State
 from cloth_core.substeps import Passes, Substeps
@@ -135,10 +136,22 @@ class ClothSolver:
         return State(position, np.zeros_like(position), obstacles={n: o.pose for n, o in self.obstacles.items()})
 
     def prepare(self, state: State | None = None) -> None:
-        """Do now what the first step would do: compile kernels and compute W."""
-        before = self.report
-        state = state or self.initial_state()
-        self.step(state, Inputs())
+        """Do now what would else be done when it happens for the first time, so that no step is slower than others.
+
+        W is computed, and kernels are compiled, or loaded if they are cached on disk: by a step of this cloth, whose
+        result is thrown away, and by a rehearsal of all that a small one of its kind can meet with. That is done once
+        in a process: in less than a second, but in half a minute where nothing has been compiled yet.
+
+        Args:
+            state: to try the step from; :meth:`initial_state` by default.
+
+        Raises:
+            MeshError: the mesh, the material and the substep cannot be computed together.
+        """
+        before, model = self.report, self._prepared()
+        for kind in kinds(self.mesh, self.material, self.config.integrator, model.precisions):
+            rehearse(kind, ClothSolver)
+        self.step(state or self.initial_state(), Inputs())
         self.report = before
 
     def step(
