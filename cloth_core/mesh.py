@@ -114,7 +114,7 @@ class ClothMesh:
     def vertex_mass(self, material: Material) -> np.ndarray:
         """(V,) kg: areal density times vertex area, or the masses that the mesh was given."""
         if self.explicit_mass is not None:
-            return self.explicit_mass
+            return self.explicit_mass.copy()
         return material.areal_density * self.vertex_area
 
     @cached_property

@@ -25,7 +25,7 @@ class Obstacle(Settings):
     kind: ClassVar[int]
 
     center: tuple[float, float, float] = setting(
-        "vector", (0.0, 0.0, 0.0), size=3, unit="m", help="position at the start"
+        "vector", (0.0, 0.0, 0.0), size=3, unit="m", low=-1e6, high=1e6, help="position at the start"
     )
     orientation: tuple[float, float, float, float] = setting(
         "vector", (0.0, 0.0, 0.0, 1.0), size=4, low=-1.0, high=1.0, help="quaternion x, y, z, w at the start"
@@ -56,13 +56,13 @@ class Plane(Obstacle):
 
     kind: ClassVar[int] = PLANE
     normal: tuple[float, float, float] = setting(
-        "vector", (0.0, 0.0, 1.0), size=3, help="direction that faces the cloth"
+        "vector", (0.0, 0.0, 1.0), size=3, low=-1e6, high=1e6, help="direction that faces the cloth, of any length"
     )
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
         if np.linalg.norm(self.normal) < 1e-9:
-            raise SettingError("normal", f"{self.normal} has no direction")
+            raise SettingError("normal", f"{self.normal} has no direction: it is shorter than 1e-9")
 
     @property
     def pose(self) -> Pose:

@@ -28,7 +28,7 @@ class Pose:
     def __post_init__(self) -> None:
         position = tuple(float(c) for c in self.position)
         quaternion = tuple(float(c) for c in self.orientation)
-        if len(position) != 3 or not all(math.isfinite(c) and abs(c) < 1e6 for c in position):
+        if len(position) != 3 or not all(math.isfinite(c) and abs(c) <= 1e6 for c in position):
             raise InputError(f"position {position} m is not three finite numbers within +-1e6")
         length = math.sqrt(sum(c * c for c in quaternion)) if len(quaternion) == 4 else math.nan
         if not 1e-6 < length < 1e6:

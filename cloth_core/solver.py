@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
+from cloth_core.arguments import check_arguments, with_plain_arrays
 from cloth_core.config import SolverConfig
-from cloth_core.errors import InputError, MeshError
+from cloth_core.errors import MeshError
 from cloth_core.inputs import Inputs
-from cloth_core.integrators import BY_NAME, Model, Substep
+from cloth_core.integrators import BY_NAME, Model
 from cloth_core.kernels import springs
 from cloth_core.linear import Assembly, Plans
 from cloth_core.material import Material
@@ -27,46 +27,10 @@ from cloth_core.physics.restraint import Restraint
 from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.physics.ways import Ways
 from cloth_core.pose import Pose
+from cloth_core.rehearsal import kinds, rehearse
+from cloth_core.report import StepReport
 from cloth_core.state import Grip, State
-
-
-@dataclass(frozen=True)
-class StepReport:
-    """What the last step did.
-
-    Args:
-        sweeps: passes over stretch limit and contacts, per substep; give them to ``step`` to repeat it exactly.
-        residual: worst excess over the stretch limit met in the very last pass (a ratio).
-        max_stretch: largest length over rest length of the limited springs. An edge that runs across the threads counts
-            as if they had turned against each other as far as they can: it may be sqrt(1 + |sin 2a|) as long, at an
-            angle a to the warp, on threads that are not stretched at all.
-        contacts: pairs of vertex and obstacle in touch at the end.
-        held: vertices pinned or grasped.
-        out_of_time: the caller's clock cut the passes short.
-        wind_capped: the wind was faster than ``max_wind_speed``.
-        teleported: obstacles that moved faster than ``max_obstacle_speed``.
-        slowed: grasps that moved faster than they are followed.
-        taut: grasps that are not followed because the cloth between them and the next is at its limit.
-        slipped: grasps that lost the cloth in this step, for they asked for more of it than there is.
-        empty: grasps that closed in this step and had no vertex within their radius.
-        restrained: vertices that would have torn their threads, and moved with their neighbours instead.
-        recovered: the result was not finite and was replaced by the state before, at rest.
-    """
-
-    sweeps: tuple[int, ...] = ()
-    residual: float = 0.0
-    max_stretch: float = 1.0
-    contacts: int = 0
-    held: int = 0
-    out_of_time: bool = False
-    wind_capped: bool = False
-    teleported: tuple[str, ...] = ()
-    slowed: tuple[str, ...] = ()
-    taut: tuple[str, ...] = ()
-    slipped: tuple[str, ...] = ()
-    empty: tuple[str, ...] = ()
-    restrained: int = 0
-    recovered: bool = False
+from cloth_core.substeps import Passes, Substeps
 
 
 class ClothSolver:
@@ -172,10 +136,22 @@ class ClothSolver:
         return State(position, np.zeros_like(position), obstacles={n: o.pose for n, o in self.obstacles.items()})
 
     def prepare(self, state: State | None = None) -> None:
-        """Do now what the first step would do: compile kernels and compute W."""
-        before = self.report
-        state = state or self.initial_state()
-        self.step(state, Inputs())
+        """Do now what would else be done when it happens for the first time, so that no step is slower than others.
+
+        W is computed, and kernels are compiled, or loaded if they are cached on disk: by a step of this cloth, whose
+        result is thrown away, and by a rehearsal of all that a small one of its kind can meet with. That is done once
+        in a process: in less than a second, but in half a minute where nothing has been compiled yet.
+
+        Args:
+            state: to try the step from; :meth:`initial_state` by default.
+
+        Raises:
+            MeshError: the mesh, the material and the substep cannot be computed together.
+        """
+        before, model = self.report, self._prepared()
+        for kind in kinds(self.mesh, self.material, self.config.integrator, model.precisions):
+            rehearse(kind, ClothSolver)
+        self.step(state or self.initial_state(), Inputs())
         self.report = before
 
     def step(
@@ -197,8 +173,8 @@ class ClothSolver:
             InputError: an obstacle that this solver does not have, ``sweeps`` of another length, or a state that
                 is not finite or not of this cloth and its obstacles.
         """
-        self._check(state, inputs, sweeps)
-        model = self._prepared()
+        check_arguments(state, inputs, sweeps, self.mesh.vertex_count, self.obstacles, self.substeps)
+        state, model = with_plain_arrays(state), self._prepared()
         grips = update_grips(state.grips, inputs.grasps, state.position, self._pinned)
         empty = tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip))
         followed = follow(grips, inputs.grasps, self.config, self._reach, state.position, self._pinned)
@@ -208,63 +184,36 @@ class ClothSolver:
         teleported = model.contacts.begin_step(state.obstacles, after)
         capped = flow_at(state.position, inputs.wind, state.time, self.config.max_wind_speed, self._flow)
 
-        integrator = self._integrator
-        integrator.begin(state.history)
-        position, velocity = state.position, state.velocity
-        done: list[int] = []
-        excess, late = 0.0, False
-        restrained = np.zeros(len(position), dtype=bool)
-        for number in range(self.substeps):
-            share = (number + 1) / self.substeps
-            late = late or (out_of_time is not None and number > 0 and out_of_time())
-            allowed = sweeps[number] if sweeps is not None else 1 if late else self.sweeps
-            target = hands.targets(number, held, state.position)
-            model.contacts.begin_substep(share)
-            given = Substep(
-                h=model.h,
-                number=number,
-                held=held,
-                target=target,
-                flow=self._flow,
-                gravity=np.array(inputs.gravity),
-                sweeps=allowed,
-            )
-            start = position
-            position, velocity, count, excess = integrator.advance(start, velocity, given)
-            done.append(count)
-            if integrator.restrained:
-                stopped = self._restraint.apply(start, position, velocity, model.h, model.contacts.touched)
-                integrator.restart(stopped)
-                hands.hold_back(stopped, start, position)
-                restrained[stopped] = True
-
+        passes = Passes(self.sweeps, sweeps, out_of_time)
+        motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes)
         grips_after, slipped = hands.end()
-        recovered = not (np.isfinite(position).all() and np.isfinite(velocity).all())
+        recovered = not motion.is_finite
         if recovered:
-            position, velocity = state.position.copy(), np.zeros_like(state.velocity)
+            motion = replace(motion, position=state.position.copy(), velocity=np.zeros_like(state.velocity), history={})
         self.report = StepReport(
-            sweeps=tuple(done),
-            residual=excess,
-            out_of_time=late,
+            sweeps=motion.sweeps,
+            residual=motion.excess,
+            max_stretch=self._largest_stretch(motion.position),
+            contacts=model.contacts.touching,
+            held=len(held),
+            out_of_time=passes.out_of_time,
             wind_capped=capped,
             teleported=tuple(teleported),
             slowed=followed.slowed,
             taut=followed.taut,
             slipped=slipped,
             empty=empty,
-            restrained=int(restrained.sum()),
+            restrained=motion.restrained,
             recovered=recovered,
-            held=len(held),
-            **self._measured(position),
         )
         return State(
-            position=position,
-            velocity=velocity,
+            position=motion.position,
+            velocity=motion.velocity,
             step_index=state.step_index + 1,
             time=state.time + self.config.dt,
             grips=grips_after,
             obstacles=after,
-            history={} if recovered else integrator.end(),
+            history=motion.history,
         )
 
     def snapshot(self, state: State) -> dict[str, np.ndarray]:
@@ -296,26 +245,10 @@ class ClothSolver:
                 self.mesh, self.material, self.config, self.obstacles,
                 h=h, pinned=self._pinned, assembly=self._assembly, plans=self._plans,
             )  # fmt: skip
-            self._integrator = BY_NAME[self.config.integrator](self._model, self.substeps)
+            integrator = BY_NAME[self.config.integrator](self._model, self.substeps)
+            self._substeps = Substeps(self._model, integrator, self._restraint, self.substeps)
             self._model.hold(np.zeros(0, np.int32), self._pinned)
         return self._model
-
-    def _check(self, state: State, inputs: Inputs, sweeps: Sequence[int] | None) -> None:
-        if state.position.shape != (self.mesh.vertex_count, 3) or state.velocity.shape != state.position.shape:
-            raise InputError(f"the state has {len(state.position)} vertices, this cloth {self.mesh.vertex_count}")
-        wrong = np.flatnonzero(~(np.isfinite(state.position) & np.isfinite(state.velocity)).all(axis=1))
-        if len(wrong):
-            raise InputError(f"the state is not finite at vertices {wrong[:8].tolist()}")
-        lost = self.obstacles.keys() - state.obstacles.keys()
-        if lost:
-            names = ", ".join(sorted(lost))
-            raise InputError(f"the state does not say where {names} stands: begin with initial_state()")
-        unknown = inputs.obstacles.keys() - self.obstacles.keys()
-        if unknown:
-            known = ", ".join(self.obstacles) or "none"
-            raise InputError(f"no obstacle {', '.join(sorted(unknown))}; this scene has {known}")
-        if sweeps is not None and len(sweeps) != self.substeps:
-            raise InputError(f"{len(sweeps)} sweep counts for {self.substeps} substeps")
 
     def _hold(self, model: Model, grips: Mapping[str, Grip]) -> np.ndarray:
         """Tell the model which vertices are held; returns them, pinned and grasped, sorted."""
@@ -327,11 +260,9 @@ class ClothSolver:
         self._restraint.hold((grip.vertex for grip in grips.values()), self._pinned)
         return held
 
-    def _measured(self, position: np.ndarray) -> dict[str, Any]:
-        """What the report says of the cloth at the end."""
+    def _largest_stretch(self, position: np.ndarray) -> float:
         mesh = self.mesh
-        longest = springs.largest_stretch(position, mesh.spring_vertex, mesh.limit_rest, mesh.spring_limited)
-        return dict(max_stretch=longest, contacts=self._prepared().contacts.touching)
+        return springs.largest_stretch(position, mesh.spring_vertex, mesh.limit_rest, mesh.spring_limited)
 
 
 def _closed_on_nothing(before: Grip | None, now: Grip) -> bool:

@@ -96,6 +96,11 @@ class Model:
         """How W is stored."""
         return self._filters[0].representation
 
+    @property
+    def precisions(self) -> frozenset[np.dtype]:
+        """Of the factors that W is made of; none where all vertices are pinned."""
+        return frozenset(made.precision for made in self._filters if made.precision is not None)
+
     def hold(self, grasped: np.ndarray, held: np.ndarray) -> None:
         """From now on ``grasped`` vertices are held beside the pinned ones; ``held`` is both."""
         self.grasped = grasped

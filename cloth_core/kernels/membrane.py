@@ -12,6 +12,9 @@ import numpy as np
 
 from cloth_core.kernels import kernel
 
+WARP, WEFT = np.int64(0), np.int64(1)
+"""Columns of a gradient. Plain 0 and 1 are types of their own to numba, and :func:`thread` was compiled for each."""
+
 
 @kernel
 def thread(values, triangles, slope, t, k):
@@ -70,10 +73,10 @@ def add_membrane_impulses(
     since ``start`` along its own direction: a rigid rotation is not damped.
     """
     for t in range(triangles.shape[0]):
-        ux, uy, uz = thread(position, triangles, slope, t, 0)
-        vx, vy, vz = thread(position, triangles, slope, t, 1)
-        ax, ay, az = thread(start, triangles, slope, t, 0)
-        bx, by, bz = thread(start, triangles, slope, t, 1)
+        ux, uy, uz = thread(position, triangles, slope, t, WARP)
+        vx, vy, vz = thread(position, triangles, slope, t, WEFT)
+        ax, ay, az = thread(start, triangles, slope, t, WARP)
+        bx, by, bz = thread(start, triangles, slope, t, WEFT)
         ax, ay, az = ux - ax, uy - ay, uz - az
         bx, by, bz = vx - bx, vy - by, vz - bz
         warp_x = warp_y = warp_z = 0.0

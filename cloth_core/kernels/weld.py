@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from cloth_core.kernels import kernel
 
 SAME = 1.0 + 1e-9
@@ -57,8 +59,8 @@ def weld_overlong(
     while again:
         again = False
         for s in range(spring_vertex.shape[0]):
-            i = spring_vertex[s, 0]
-            j = spring_vertex[s, 1]
+            i = np.int64(spring_vertex[s, 0])  # one type for all that asks for a root
+            j = np.int64(spring_vertex[s, 1])
             before = 0.0
             after = 0.0
             for a in range(3):

@@ -62,6 +62,11 @@ class Factor:
         """Memory of the panels."""
         return int(self._down.nbytes + self._up.nbytes)
 
+    @property
+    def precision(self) -> np.dtype:
+        """Of the numbers in the panels."""
+        return self._down.dtype
+
     def hold(self, rows: np.ndarray) -> None:
         """From now on keep these ``rows`` of the solution at given values, exactly, without a new factor."""
         self._held = HeldRows(self._plan, self._down, self._plan.place[rows]) if len(rows) else None

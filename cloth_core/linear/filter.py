@@ -54,6 +54,11 @@ class ImplicitFilter:
         """Name of the factor in use: dense or sparse."""
         return self._factor.name if self._factor else "none"
 
+    @property
+    def precision(self) -> np.dtype | None:
+        """Of the numbers that the factor is kept in; None if no vertex is free."""
+        return self._factor.precision if self._factor else None
+
     def hold(self, vertices: np.ndarray) -> None:
         """From now on keep these vertices, sorted and not pinned, at the values given to :meth:`solve`."""
         self.held = np.asarray(vertices, dtype=np.int64)

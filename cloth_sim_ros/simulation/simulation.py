@@ -82,21 +82,8 @@ class Simulation:
         self._obstacles = dict(scene.inputs.obstacles)
 
     def prepare(self) -> None:
-        """Compile the kernels and factorise, so that no tick is slower than the others.
-
-        Two steps are tried with everything on (gusts, a moving grasp, a moving contact) and thrown away:
-        a first grasp or contact that compiled only then would stop the cloth for a second.
-        """
+        """Compile the kernels and factorise, so that no tick is slower than the others."""
         self.solver.prepare(self.state)
-        report, state = self.solver.report, self.state
-        wind = replace(self._wind, velocity=(1.0, 0.0, 0.0), gust_intensity=0.1)
-        free = np.setdiff1d(np.arange(len(state.position)), self.solver.pinned)
-        for lift in (0.0, 0.01):
-            where = [Pose((x, y, z + lift)) for x, y, z in state.position[free[:1]]]
-            grasps = {f"tried {n}": Grasp(pose=pose, closure=1.0) for n, pose in enumerate(where)}
-            obstacles = {name: pose for name in list(self.solver.obstacles)[:1] for pose in where}
-            state = self.solver.step(state, Inputs(grasps=grasps, wind=wind, obstacles=obstacles))
-        self.solver.report = report
         self._frame(self.state, Inputs(), 0.0)
 
     def set_grasp_pose(self, name: str, pose: Pose, now: float) -> None:

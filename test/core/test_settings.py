@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from cloth_core import Grasp, InputError, Inputs, Material, Pose, SettingError, SolverConfig, Wind
@@ -29,7 +30,9 @@ EVERY_SECTION = (Material, SolverConfig, Wind, Grasp, Plane, Sphere, Box, Capsul
         (lambda: Grasp(pose=Pose(), closure=1.2), ["closure", "1.2", "0 .. 1"]),
         (lambda: Sphere(radius=0.0), ["radius", "0.0", "0.0001 .. 1000 m"]),
         (lambda: Box(extents=(1.0, 1.0, -1.0)), ["extents", "-1.0", "m"]),
-        (lambda: Plane(normal=(0.0, 0.0, 0.0)), ["normal", "no direction"]),
+        (lambda: Plane(normal=(0.0, 0.0, 0.0)), ["normal", "no direction", "1e-9"]),
+        (lambda: Plane(normal=(0.0, 1e308, 1e308)), ["normal", "1e+308", "3 numbers -1e+06 .. 1e+06"]),
+        (lambda: Sphere(radius=1.0, center=(0.0, -2e6, 0.0)), ["center", "-2000000.0", "-1e+06 .. 1e+06 m"]),
         (lambda: Material.preset("velvet"), ["preset", "'velvet'", "denim"]),
         (lambda: Material.preset("denim", friction=99.0), ["friction", "99.0", "0 .. 10"]),
     ],
@@ -51,6 +54,25 @@ def test_every_bound_is_allowed_and_what_lies_beyond_is_not():
             for beyond in (known.low - 1, known.high + 1):
                 with pytest.raises(SettingError, match=name):
                     section(**{name: beyond})
+
+
+@pytest.mark.parametrize("section", [Plane, Sphere, Box, Capsule, Ellipsoid])
+def test_obstacles_stand_firm_at_every_bound_and_what_lies_beyond_is_refused(section):
+    for name, known in section.settings():
+        assert math.isfinite(known.low), name
+        assert math.isfinite(known.high), name
+        needed = {n: s.high for n, s in section.settings() if s.kind == "float" and n in ("radius", "length")}
+        needed |= {n: (s.high,) * s.size for n, s in section.settings() if n in ("extents", "radii")}
+
+        def given(bound, name=name, known=known, needed=needed):
+            return section(**{**needed, name: (bound,) * known.size if known.size else bound})
+
+        for bound in {known.low, known.high} - {0.0}:
+            obstacle = given(bound)
+            assert np.linalg.norm(obstacle.pose.orientation) == pytest.approx(1.0)
+            assert np.isfinite([*obstacle.pose.position, *obstacle.size]).all()
+            with pytest.raises(SettingError, match=name):
+                given(bound + math.copysign(1e-3 * abs(bound), bound - 0.5 * (known.low + known.high)))
 
 
 @pytest.mark.parametrize("section", EVERY_SECTION)

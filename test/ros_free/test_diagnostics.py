@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,11 @@ SCENE = """
 cloth: {grid: {width: 0.4, height: 0.4, columns: 5, rows: 5}, position: [0.0, 0.0, 0.5]}
 obstacles: {ball: {sphere: {radius: 0.1}}}
 grasps: {hand: {radius: 0.1}}
+"""
+PINNED = """
+cloth: {grid: {width: 0.4, height: 0.4, columns: 9, rows: 9}, position: [0.0, 0.0, 0.5]}
+pins: [left]
+grasps: {hand: {radius: 0.06, slip_distance: 10.0}}
 """
 
 
@@ -79,6 +85,47 @@ def test_the_cloth_tells_what_is_held_and_what_went_wrong():
     failures.say("not finite", "step 3")
     assert diagnostics.cloth(simulation.tick(0.0), "dense", failures).level == Level.ERROR
     assert diagnostics.cloth(None, "dense", Notices(lambda _line: None)).message == "no step yet"
+
+
+def pulled(where):
+    """What is said after a hand that holds the edge across from a pinned one was asked to go to ``where``."""
+    simulation = Simulation(Scene.parse(PINNED))
+    simulation.set_closure("hand", 1.0)
+    simulation.set_grasp_pose("hand", Pose((0.2, 0.0, 0.5)), 0.0)
+    still = simulation.tick(0.0)
+    assert not still.report.slowed + still.report.taut
+    simulation.set_grasp_pose("hand", Pose(where), 0.0)
+    return diagnostics.cloth(simulation.tick(0.0), "dense", Notices(lambda _line: None))
+
+
+@pytest.mark.parametrize(
+    ("where", "said", "not_said"),
+    [
+        ((0.19, 0.0, 0.5), [], ["held back", "followed late"]),
+        ((0.4, 0.0, 0.5), ["held back, for the cloth reaches no farther: hand"], ["followed late"]),
+        ((-0.4, 0.0, 0.6), ["followed late, for it was too fast: hand"], ["held back"]),
+        ((2.0, 0.0, 0.5), ["held back", "followed late"], []),
+    ],
+)
+def test_a_hand_that_is_too_fast_or_asks_for_too_much_cloth_is_named(where, said, not_said):
+    status = pulled(where)
+    assert status.level == (Level.WARN if said else Level.OK)
+    for text in said:
+        assert text in status.message
+    for text in not_said:
+        assert text not in status.message
+
+
+def test_vertices_that_were_kept_from_tearing_are_counted():
+    simulation = Simulation(Scene.parse(PINNED))
+    calm = diagnostics.cloth(simulation.tick(0.0), "dense", Notices(lambda _line: None))
+    assert calm.values["restrained_vertices"] == "0"
+    torn = simulation.state.position.copy()
+    torn[:, 1] *= 1.5
+    simulation.state = replace(simulation.state, position=torn)
+    frame = simulation.tick(0.0)
+    status = diagnostics.cloth(frame, "dense", Notices(lambda _line: None))
+    assert int(status.values["restrained_vertices"]) == frame.report.restrained > 10
 
 
 def test_inputs_name_what_is_stale_refused_undeclared_and_incompatible():

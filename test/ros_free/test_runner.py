@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from cloth_core import Inputs
+from cloth_core import Inputs, Pose
 from cloth_core.scene import Scene
 from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.recording.verify import verify
+from cloth_sim_ros.simulation import diagnostics
 from cloth_sim_ros.simulation.clock import ClockPace
 from cloth_sim_ros.simulation.notices import Notices
 from cloth_sim_ros.simulation.runner import Runner
@@ -19,7 +20,7 @@ from cloth_sim_ros.simulation.simulation import Simulation
 
 SCENE = """
 cloth: {grid: {width: 0.4, height: 0.4, columns: 5, rows: 5}, position: [0.0, 0.0, 0.5]}
-grasps: {hand: {radius: 0.1}}
+grasps: {hand: {radius: 0.1}, other: {radius: 0.1}}
 """
 DT = 20_000_000
 START = 1_000_000_000
@@ -53,6 +54,7 @@ class Kit:
 
     def __init__(self, folder):
         self.said = []
+        self.hints = Notices(self.said.append)
         self.outputs = Outputs()
         self.scene = Scene.parse(SCENE, name="small")
         self.simulation = Simulation(self.scene)
@@ -67,7 +69,7 @@ class Kit:
             self.outputs,
             self.recorder,
             Notices(self.said.append),
-            hints=Notices(self.said.append),
+            hints=self.hints,
             ros_now=lambda: self.now,
             budget=0.8,
             on_reset=self.count_reset,
@@ -182,6 +184,23 @@ def test_a_step_that_the_solver_had_to_mend_is_said(kit):
     kit.steps(1)
     kit.runner.pause(True)
     assert "step 3 was not finite" in kit.said[0]
+
+
+def test_a_grasp_that_slips_is_said_and_stays_in_the_diagnostics_for_a_while(kit):
+    for name, x in (("hand", -0.2), ("other", 0.2)):
+        kit.simulation.set_grasp_pose(name, Pose((x, 0.0, 0.5)), 0.0)
+        kit.simulation.set_closure(name, 1.0)
+    kit.steps(2)
+    assert not kit.said
+    kit.simulation.set_grasp_pose("other", Pose((0.9, 0.0, 0.5)), 0.0)
+    kit.steps(20)
+    kit.runner.pause(True)
+    assert not kit.runner.latest.report.slipped  # long ago
+    assert "grasp other lost the cloth: its hand went more than 0.05 m beyond" in kit.said[0]
+    status = diagnostics.inputs(kit.hints, stale=(), undeclared=(), incompatible=())
+    assert status.level == diagnostics.Level.WARN
+    assert "grasp other slipped: 1" in status.message
+    assert "hand" not in status.message
 
 
 def test_an_order_that_raises_gives_its_error_to_who_ordered(kit):

@@ -16,7 +16,7 @@ import numpy as np
 
 from cloth_core.obstacles import Plane
 from cloth_core.pose import Pose
-from cloth_core.solver import StepReport
+from cloth_core.report import StepReport
 from cloth_core.state import State
 from cloth_core.validation.scenes import GRAVITY
 from cloth_core.validation.torture.episode import Episode

@@ -1,0 +1,123 @@
+"""The substeps of a step: hands go on, the integrator moves the cloth, and what would tear is held back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cloth_core.integrators import ImplicitMidpoint, Meyer2000, Model, Substep
+from cloth_core.physics.hands import Hands
+from cloth_core.physics.restraint import Restraint
+from cloth_core.state import State
+
+
+class Passes:
+    """How many passes over stretch limit and contacts every substep may take.
+
+    Args:
+        most: passes where nothing else is known.
+        forced: passes per substep of an earlier run, to be repeated.
+        out_of_time: the caller's clock, asked between substeps; once true, the rest get one pass each.
+    """
+
+    def __init__(self, most: int, forced: Sequence[int] | None, out_of_time: Callable[[], bool] | None) -> None:
+        self._most, self._forced, self._clock = most, forced, out_of_time
+        self.out_of_time = False
+
+    def of(self, number: int) -> int:
+        """Those of the substep ``number``, from 0; to be asked in turn."""
+        self.out_of_time = self.out_of_time or (number > 0 and self._clock is not None and self._clock())
+        if self._forced is not None:
+            return self._forced[number]
+        return 1 if self.out_of_time else self._most
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What the substeps of a step came to.
+
+    Args:
+        position: (V, 3) m.
+        velocity: (V, 3) m/s.
+        history: what the integrator needs to go on exactly.
+        sweeps: passes done, per substep.
+        excess: worst excess over the stretch limit in the last pass (a ratio).
+        restrained: vertices that would have torn their threads in one of the substeps.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    history: Mapping[str, np.ndarray]
+    sweeps: tuple[int, ...]
+    excess: float
+    restrained: int
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether all positions and velocities are."""
+        return bool(np.isfinite(self.position).all() and np.isfinite(self.velocity).all())
+
+
+class Substeps:
+    """Plays the substeps of one step after the other.
+
+    Args:
+        model: the cloth of the integrator.
+        integrator: moves it.
+        restraint: holds it back.
+        count: substeps in a step.
+    """
+
+    def __init__(
+        self, model: Model, integrator: ImplicitMidpoint | Meyer2000, restraint: Restraint, count: int
+    ) -> None:
+        self._model, self._integrator, self._restraint, self._count = model, integrator, restraint, count
+
+    def play(
+        self,
+        state: State,
+        hands: Hands,
+        held: np.ndarray,
+        flow: np.ndarray,
+        gravity: Sequence[float],
+        passes: Passes,
+    ) -> Motion:
+        """Advance a copy of ``state`` by a step whose contacts have begun already.
+
+        Args:
+            state: where the cloth is.
+            hands: what carries the held vertices.
+            held: vertices that are pinned or grasped, sorted.
+            flow: (V, 3) m/s, velocity of the air.
+            gravity: (3,) m/s^2.
+            passes: that each substep may take.
+        """
+        model, integrator = self._model, self._integrator
+        integrator.begin(state.history)
+        position, velocity, excess = state.position, state.velocity, 0.0
+        done: list[int] = []
+        restrained = np.zeros(len(position), dtype=bool)
+        for number in range(self._count):
+            allowed = passes.of(number)
+            target = hands.targets(number, held, state.position)
+            model.contacts.begin_substep((number + 1) / self._count)
+            given = Substep(
+                h=model.h,
+                number=number,
+                held=held,
+                target=target,
+                flow=flow,
+                gravity=np.array(gravity),
+                sweeps=allowed,
+            )
+            start = position
+            position, velocity, sweeps, excess = integrator.advance(start, velocity, given)
+            done.append(sweeps)
+            if integrator.restrained:
+                stopped = self._restraint.apply(start, position, velocity, model.h, model.contacts.touched)
+                integrator.restart(stopped)
+                hands.hold_back(stopped, start, position)
+                restrained[stopped] = True
+        return Motion(position, velocity, integrator.end(), tuple(done), excess, int(restrained.sum()))
