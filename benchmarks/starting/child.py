@@ -37,7 +37,7 @@ def first_frame(side: int, began: float) -> dict[str, Any]:
 
     imported = time.monotonic()
     mesh = ClothMesh.grid(width=1.0, height=1.0, columns=side, rows=side)
-    solver = ClothSolver(mesh, obstacles={"ball": Sphere(radius=0.3, center=(0.0, 0.0, -0.3))})
+    solver = ClothSolver(mesh, obstacles={"ball": Sphere(radius=0.3, center=(0.0, 0.0, -0.295))})
     solver.pin(mesh.group("corners")[:2])
     corner = Pose(tuple(mesh.rest_position[mesh.group("corners")[3]]))
     hand = Grasp(pose=corner, closure=1.0, radius=2.5 / (side - 1))
