@@ -96,7 +96,7 @@ def _load_scene(node: LifecycleNode, settings: NodeSettings) -> Scene:
 def _prepared(node: LifecycleNode, scene: Scene, settings: NodeSettings) -> Simulation:
     log = node.get_logger()
     vertices = scene.mesh.vertex_count
-    log.info(f"scene {scene.name}: {vertices} vertices; the first start compiles kernels for half a minute")
+    log.info(f"scene {scene.name}: {vertices} vertices; compiling kernels, which takes half a minute the first time")
     begin = time.monotonic()
     with compiling.told(_now_and_then(log.info, begin)):
         simulation = Simulation(scene, grasp_timeout=settings.grasp_timeout)
