@@ -65,21 +65,48 @@ def main() -> int:
     return 0 if good else 1
 
 
-def _show(row: Row, seeds: range) -> bool:
-    """Measure and print one row; whether it reaches the bar, or is not judged by it."""
+@dataclass(frozen=True)
+class Compared:
+    """A row as measured on the grid, on jittered triangles and on a grid twice as fine, in this order.
+
+    Args:
+        means: over the seeds.
+        errors: of those means, one standard deviation.
+    """
+
+    means: tuple[float, ...]
+    errors: tuple[float, ...]
+
+    @property
+    def off(self) -> tuple[float, ...]:
+        """By how much the others differ from the grid, as a ratio."""
+        return tuple(mean / self.means[0] - 1.0 for mean in self.means[1:])
+
+    @property
+    def worst(self) -> float:
+        """The larger of these differences."""
+        return max(map(abs, self.off))
+
+
+def compare(row: Row, seeds: range) -> Compared:
+    """Measure one row, saying each figure on standard error."""
     taken = []
     for mesher, jittered in ((grid(row.cells), False), (irregular(row.cells), True), (grid(2 * row.cells), False)):
         chosen = seeds if row.seeded or jittered else seeds[:1]
         taken.append(np.array([row.measure(mesher, seed) for seed in chosen]))
         print(f"{row.name}: {np.round(taken[-1], 5).tolist()}", file=sys.stderr, flush=True)
-    means = [values.mean() for values in taken]
-    off = [mean / means[0] - 1.0 for mean in means]
-    cells = [f"{means[0]:.5g}"] + [
-        f"{mean:.5g} ({100 * away:+.1f} +- {100 * _error(values) / means[0]:.1f} %)"
-        for mean, away, values in zip(means[1:], off[1:], taken[1:], strict=True)
+    return Compared(tuple(float(values.mean()) for values in taken), tuple(map(_error, taken)))
+
+
+def _show(row: Row, seeds: range) -> bool:
+    """Measure and print one row; whether it reaches the bar, or is not judged by it."""
+    found = compare(row, seeds)
+    first, *others = found.means
+    cells = [f"{first:.5g}"] + [
+        f"{mean:.5g} ({100 * away:+.1f} +- {100 * error / first:.1f} %)"
+        for mean, away, error in zip(others, found.off, found.errors[1:], strict=True)
     ]
-    worst = max(map(abs, off))
-    verdict = "aim" if worst <= AIM else "bar" if worst <= BAR else "missed"
+    verdict = "aim" if found.worst <= AIM else "bar" if found.worst <= BAR else "missed"
     theory = f"{row.expected:.5g}" if row.expected is not None else ""
     print(f"| {row.name}, {row.unit or '1'} | {theory} | {' | '.join(cells)} | {verdict if row.judged else ''} |")
     return verdict != "missed" or not row.judged

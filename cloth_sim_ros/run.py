@@ -43,6 +43,7 @@ _SILENT_AFTER_S = 3.0
 _REPEAT_PERIOD_S = 10.0
 _STAMP = re.compile(r"(?<=\]) \[\d+\.\d+\]")  # of a ROS log line
 _SAID_BY_NODE = ("[WARN]", "[ERROR]", "[FATAL]")
+_PROGRESS = re.compile(r"compiling kernel \d+ .*")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -102,7 +103,7 @@ class _Run:
     def go(self) -> int:
         """Run until told to stop; returns the exit code."""
         print(
-            f"Starting the cloth node on scene {self._scene_given}; the first start compiles kernels (a minute or two)."
+            f"Starting the cloth node on scene {self._scene_given}; the first start compiles kernels (half a minute)."
         )
         node = Child("node", [*_module("node"), *self._node_arguments()], self._node_said)
         children = [node]
@@ -153,7 +154,9 @@ class _Run:
         return time.monotonic() - self._started >= self._duration
 
     def _node_said(self, line: str) -> None:
-        """Pass warnings and errors on, each text at most every few seconds."""
+        """Show the progress of its start; pass warnings and errors on, each text at most every few seconds."""
+        if self._started is None and (progress := _PROGRESS.search(line)):
+            self._status.show(progress.group().capitalize())
         text = _STAMP.sub("", line)
         now = time.monotonic()
         if text.startswith(_SAID_BY_NODE) and now >= self._silent_until.get(text, 0.0):

@@ -5,9 +5,14 @@ from __future__ import annotations
 import os
 import platform
 import time
+from collections.abc import Mapping
 from datetime import datetime, timezone
 from importlib import metadata
 from pathlib import Path
+
+LIBRARIES = ("numpy", "scipy", "numba")
+QUIET = 0.3
+"""Cores that others may keep busy while times are measured."""
 
 
 def describe() -> dict[str, str | int | float]:
@@ -19,8 +24,18 @@ def describe() -> dict[str, str | int | float]:
         "load": round(_busy_cores(), 2),
         "system": platform.platform(terse=True),
         "python": platform.python_version(),
-        **{name: metadata.version(name) for name in ("numpy", "scipy", "numba")},
+        **{name: metadata.version(name) for name in LIBRARIES},
     }
+
+
+def sentence(described: Mapping[str, str | int | float]) -> str:
+    """What :func:`describe` found, in words."""
+    versions = ", ".join(f"{name} {described[name]}" for name in ("python", *LIBRARIES))
+    busy = " (NOT QUIET: not a fair measurement)" if described["load"] > QUIET else ""
+    return (
+        f"{described['date']}, {described['cpu']}, {described['cores']} cores, {described['load']:g} of them busy"
+        f"{busy}, {described['system']}, {versions}."
+    )
 
 
 def _busy_cores(seconds: float = 2.0) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from comparison import machine
 from comparison.gate import faults, stopped_early
 from comparison.plan import CONTESTANTS, OURS, SCENARIOS, Contestant
 from comparison.process import NOT_INSTALLED
@@ -141,12 +142,9 @@ def _failures(results: Results) -> list[str]:
 
 
 def _machine(document: dict[str, Any]) -> str:
-    machine, how = document["machine"], document["how"]
-    versions = ", ".join(f"{name} {machine[name]}" for name in ("python", "numpy", "scipy", "numba"))
+    how = document["how"]
     threads = f"{how['threads']} core" + ("s" if how["threads"] > 1 else "")
-    busy = " (NOT QUIET: not a fair measurement)" if machine["load"] > 0.3 else ""
     return (
-        f"{machine['date']}, {machine['cpu']}, {machine['cores']} cores, {machine['load']:g} of them busy{busy}, "
-        f"{machine['system']}, {versions}. Each run in a process of its own on {threads}, one at a time; "
+        f"{machine.sentence(document['machine'])} Each run in a process of its own on {threads}, one at a time; "
         f"medians of {how['repeats']} interleaved repeats."
     )

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
+from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig
 from motion.cloth import GRAVITY, MASS, SIDE, Cloth, release_test
 from motion.contestants import Contestant
 from motion.stage import Stage
@@ -75,16 +77,20 @@ def frames_of(cloth: Cloth, contestant: Contestant, substeps: int, iterations: i
     return islice(contestant.integrator(cloth, FRAME / substeps, stage), substeps - 1, None, substeps)
 
 
-def frames_of_solver(cloth: Cloth, substeps: int) -> Frames:
-    """The same of the default solver, through its public interface; air, damping and stretch limit off."""
-    from cloth_core import ClothMesh, ClothSolver, Inputs, Material, SolverConfig
-
+def solver_of(cloth: Cloth, substeps: int, iterations: int) -> ClothSolver:
+    """The default solver for a cloth, through its public interface; air, damping and stretch limit off."""
     mesh = ClothMesh.from_springs(
         cloth.start, cloth.ends, stiffness=cloth.stiffness, mass=cloth.mass, rest_length=cloth.rest, limited=False
     )
-    config = SolverConfig(dt=FRAME, substeps=substeps, iterations=1, air_density=0.0)
+    config = SolverConfig(dt=FRAME, substeps=substeps, iterations=iterations, air_density=0.0)
     solver = ClothSolver(mesh, Material(stretch_damping=0.0), config)
     solver.pin(cloth.pins)
+    return solver
+
+
+def frames_of_solver(cloth: Cloth, substeps: int, iterations: int = 1) -> Frames:
+    """As :func:`frames_of` of that solver; 0 leaves substeps or iterations to it."""
+    solver = solver_of(cloth, substeps, iterations)
     state = solver.initial_state()
     while True:
         state = solver.step(state, Inputs())
@@ -114,9 +120,33 @@ def best_split(contestant: Contestant, solves: int, references: dict[int, np.nda
 
 
 def score_of_solver(solves: int, references: dict[int, np.ndarray]) -> Score:
-    """The default solver with one solve a substep."""
-    plays = {k: play(cloth := release_test(k), frames_of_solver(cloth, solves)) for k in references}
-    return Score(solves, 1, {k: rms_error(played, references[k]) for k, played in plays.items()})
+    """The default solver with one solve a substep, or for 0 ``solves`` a frame as it comes."""
+    split = (solves, 1) if solves else (0, 0)
+    plays = {k: play(cloth := release_test(k), frames_of_solver(cloth, *split)) for k in references}
+    return Score(*split, {k: rms_error(played, references[k]) for k, played in plays.items()})
+
+
+def solves_of_solver(cloth: Cloth, substeps: int, iterations: int) -> float:
+    """Solves with W in a frame, on the average over the test."""
+    solver = solver_of(cloth, substeps, iterations)
+    state = solver.initial_state()
+    solver.prepare(state)
+    count = 0
+
+    def counting(solve: Callable[..., None]) -> Callable[..., None]:
+        def counted(*arguments: Any) -> None:
+            nonlocal count
+            count += 1
+            solve(*arguments)
+
+        return counted
+
+    for one in solver._model._filters:
+        one.solve = counting(one.solve)
+    frames = round(SECONDS / FRAME)
+    for _ in range(frames):
+        state = solver.step(state, Inputs())
+    return count / frames
 
 
 def swing(frames: Callable[[Cloth], Frames], seconds: float) -> dict[int, Play | None]:

@@ -65,6 +65,7 @@ def summary(prefix: str, seconds: Sequence[float]) -> dict[str, float]:
     """Statistics of the time of a frame in ms, the first frames left out."""
     ms = 1e3 * np.array(seconds[WARM_UP:] if len(seconds) > 10 else seconds)
     return {
+        f"{prefix}_min": float(ms.min()),
         f"{prefix}_p10": float(np.percentile(ms, 10)),
         f"{prefix}_median": float(np.median(ms)),
         f"{prefix}_p95": float(np.percentile(ms, 95)),

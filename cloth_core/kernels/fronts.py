@@ -41,7 +41,8 @@ def rows_below(indptr, indices, order, place, first, parent):
                 if wanted[q]:
                     if end == below.shape[0]:
                         more = np.empty(2 * end, np.int64)
-                        more[:end] = below
+                        for r in range(end):
+                            more[r] = below[r]
                         below = more
                     below[end] = q
                     end += 1
@@ -88,8 +89,9 @@ def factorise(indptr, indices, data, order, place, first, parent, below_start, b
         waiting[waits], begins[waits] = s, top
         waits += 1
         for i in range(width, count):
-            stack[top : top + count - width] = front[i, width:]
-            top += count - width
+            for j in range(width, count):
+                stack[top] = front[i, j]
+                top += 1
 
 
 @kernel

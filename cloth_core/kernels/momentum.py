@@ -23,21 +23,31 @@ def balance(place, inertial, moved, mass, runs, component, held, hanging, collin
     Those momenta alone that the ``held`` vertices leave it; these stay. ``runs`` (R, 3) are ranges of vertices and the
     component they belong to. Only free components are corrected unless ``hanging``.
     """
-    kind, anchor, along = hinges(place, held, component, runs[:, 2].max() + 1, collinear)
-    chosen = kind == FREE
-    if hanging:
-        chosen |= (kind == ON_POINT) | (kind == ON_LINE)
-    if not chosen.any():
+    components = 0
+    for r in range(runs.shape[0]):
+        components = max(components, runs[r, 2] + 1)
+    kind, anchor, along = hinges(place, held, component, components, collinear)
+    chosen = np.zeros(components, np.bool_)
+    nothing = True
+    for c in range(components):
+        chosen[c] = kind[c] == FREE or (hanging and (kind[c] == ON_POINT or kind[c] == ON_LINE))
+        nothing = nothing and not chosen[c]
+    if nothing:
         return
     for r in range(runs.shape[0] - 1, -1, -1):
         if kind[runs[r, 2]] == FREE:
-            anchor[runs[r, 2]] = place[runs[r, 0]]
+            for a in range(3):
+                anchor[runs[r, 2], a] = place[runs[r, 0], a]
     moment = moments(place, inertial, moved, mass, runs, anchor, chosen)
     shift, turn = rigid_motion(kind, along, anchor, moment)
-    kept = moved[held]
+    kept = np.empty((held.shape[0], 3))
+    for n in range(held.shape[0]):
+        for a in range(3):
+            kept[n, a] = moved[held[n], a]
     add_rigid_displacement(place, anchor, shift, turn, runs, chosen, moved)
     for n in range(held.shape[0]):
-        moved[held[n]] = kept[n]
+        for a in range(3):
+            moved[held[n], a] = kept[n, a]
 
 
 @kernel
@@ -101,7 +111,8 @@ def hinges(place, held, component, count, collinear):
         c = component[v]
         if kind[c] == FREE:
             kind[c] = ON_POINT
-            center[c] = place[v]
+            for a in range(3):
+                center[c, a] = place[v, a]
         x, y, z = place[v, 0] - center[c, 0], place[v, 1] - center[c, 1], place[v, 2] - center[c, 2]
         length = math.sqrt(x * x + y * y + z * z)
         if length > reach[c]:
@@ -135,7 +146,8 @@ def rigid_motion(kind, along, anchor, moment):
         if total == 0.0:
             continue
         xx, yy, zz, xy, xz, yz = moment[c, SPREAD:TWIST]
-        twist[:] = moment[c, TWIST:]
+        for a in range(3):
+            twist[a] = moment[c, TWIST + a]
         if kind[c] == FREE:  # from the anchor to the centre of mass: parallel axes
             x, y, z = moment[c, FIRST] / total, moment[c, FIRST + 1] / total, moment[c, FIRST + 2] / total
             dx, dy, dz = moment[c, DRIFT], moment[c, DRIFT + 1], moment[c, DRIFT + 2]

@@ -14,9 +14,9 @@ LEAF = 40
 """Vertices of the smallest blocks: larger ones waste products on zeros, smaller ones leave lanes empty."""
 
 SINGLE_BYTES = 500_000
-"""Panels beyond this no longer stay near the processor, and are kept in single precision: reading them is what then
-takes the time. The right-hand sides of a step are corrections, so that their last digits are made up for by the
-next one."""
+"""Panels that would be larger in double precision no longer stay near the processor, and are single: reading them is
+what then takes the time. The right-hand sides of a step are corrections, so that their last digits are made up for by
+the next one."""
 
 
 class Factor:
@@ -45,13 +45,13 @@ class Factor:
         largest = max(dense_limit, 1) if self.name == "dense" else LEAF
         self._plan = plan = (plans or Plans()).of(matrix, place, largest)
         self._order = plan.order if rows is None else rows[plan.order]
-        self._down, self._up = np.empty(plan.down_start[-1]), np.empty(plan.up_start[0])
+        single = plan.down_start[-1] * np.dtype(np.float64).itemsize > SINGLE_BYTES
+        kept = np.float32 if single else np.float64
+        self._down, self._up = np.empty(plan.down_start[-1], kept), np.empty(plan.up_start[0], kept)
         fronts.factorise(
             matrix.indptr, matrix.indices, matrix.data, plan.order, plan.place, plan.first, plan.parent,
             plan.below_start, plan.below, plan.down_start, self._down, plan.up_start, self._up,
         )  # fmt: skip
-        if self._down.nbytes > SINGLE_BYTES:
-            self._down, self._up = self._down.astype(np.float32), self._up.astype(np.float32)
         tallest = (np.diff(plan.first) + np.diff(plan.below_start)).max()
         self._y = np.empty((3, size), self._down.dtype)
         self._work = np.empty((6, tallest + LANES), self._down.dtype)

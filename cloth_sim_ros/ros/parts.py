@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
 from rclpy.lifecycle import LifecycleNode
 
+from cloth_core import compiling
 from cloth_core.scene import Scene
 from cloth_sim_ros.parameters import NodeSettings, parameter_names
 from cloth_sim_ros.ros.inputs import Subscriptions
@@ -20,6 +22,8 @@ from cloth_sim_ros.simulation.frames import FrameTree
 from cloth_sim_ros.simulation.intake import Intake
 from cloth_sim_ros.simulation.notices import Notices
 from cloth_sim_ros.simulation.simulation import Simulation
+
+_SAID_EVERY_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -92,10 +96,25 @@ def _load_scene(node: LifecycleNode, settings: NodeSettings) -> Scene:
 def _prepared(node: LifecycleNode, scene: Scene, settings: NodeSettings) -> Simulation:
     log = node.get_logger()
     vertices = scene.mesh.vertex_count
-    log.info(f"scene {scene.name}: {vertices} vertices; compiling kernels, which takes a while the first time")
+    log.info(f"scene {scene.name}: {vertices} vertices; compiling kernels, which takes half a minute the first time")
     begin = time.monotonic()
-    simulation = Simulation(scene, grasp_timeout=settings.grasp_timeout)
-    simulation.prepare()
+    with compiling.told(_now_and_then(log.info, begin)):
+        simulation = Simulation(scene, grasp_timeout=settings.grasp_timeout)
+        simulation.prepare()
     took, step = time.monotonic() - begin, 1e3 * scene.solver.dt
     log.info(f"ready after {took:.1f} s; W is {simulation.solver.representation}, a step is {step:g} ms")
     return simulation
+
+
+def _now_and_then(say: Callable[[str], None], begin: float) -> Callable[[int, str], None]:
+    """Says which kernel is being compiled, every few seconds of those after ``begin`` (monotonic s)."""
+    said = begin
+
+    def progress(number: int, name: str) -> None:
+        nonlocal said
+        now = time.monotonic()
+        if now - said >= _SAID_EVERY_S:
+            said = now
+            say(f"compiling kernel {number} ({name}) after {now - begin:.0f} s")
+
+    return progress
