@@ -33,7 +33,7 @@ excites the fastest threads, which the rule itself does not damp."""
 USUAL_SWEEPS, TOLERATED_EXCESS = 6, 0.005
 """After so many sweeps, more follow only for an excess above this ratio. Fewer would come and go with the excess, and
 what hangs still would tremble."""
-ALARMING_EXCESS = 0.006
+ALARMING_EXCESS = 0.01
 """An excess that sweeps cannot cope with calls for another iteration, with the tensions that it gives rise to."""
 
 
@@ -51,7 +51,7 @@ class ImplicitMidpoint:
         self._viscosity = max(model.material.stretch_damping, least) / half
         self._filter = model.filter_by((1.0 + self._viscosity) * model.stretch, half * half)
         self._every = _longest_run(substeps, model.h)
-        self._bending = self._bending_for(substeps) if model.bends else None
+        self._bending = self._bending_for(self._every * model.h) if model.bends else None
         shape = model.mesh.rest_position.shape
         self._force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
         self._no_bending = np.zeros(shape)
@@ -84,9 +84,8 @@ class ImplicitMidpoint:
             New position, new velocity, sweeps done, worst excess over the stretch limit in the last sweep.
         """
         model = self.model
-        if self._bending is not None and substep.number == 0:
-            velocity = self._bending.damp(position, velocity, substep.held)
         if self._bending is not None and substep.number % self._every == 0:
+            velocity = self._bending.damp(position, velocity, substep.held)
             self._bending.bend(position, velocity, self._lag, substep.gravity, substep.held)
         inertial, middle = self.predict(position, velocity, substep)
         for number in range(self.iterations):
@@ -162,15 +161,14 @@ class ImplicitMidpoint:
         sweeps, excess = model.limit_stretch_in_contact(position, end, substep, USUAL_SWEEPS, TOLERATED_EXCESS)
         return end, sweeps, excess
 
-    def _bending_for(self, substeps: int) -> Bending:
+    def _bending_for(self, time: float) -> Bending:
         model, lasting = self.model, max(self.model.material.bend_damping, LEAST_DAMPING)
-        time, step = self._every * model.h, substeps * model.h
         return Bending(
             model.bending,
             model.mass,
             model.balance,
             model.filter_by(model.bending, time * time),
-            model.filter_by(model.bending, step * lasting),
+            model.filter_by(model.bending, time * lasting),
             time,
         )
 

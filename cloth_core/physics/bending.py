@@ -1,4 +1,4 @@
-"""Bending and its viscosity, each in implicit solves of its own: one or a few in a step."""
+"""Bending and its viscosity, each in an implicit solve of its own, a few times in a step."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class Bending:
         mass: (V,) kg.
         balance: restores the momenta of free parts, which W does not keep.
         elastic: (M + time^2 B)^-1.
-        viscous: (M + step bend_damping B)^-1, for a whole step.
-        time: s between two elastic solves.
+        viscous: (M + time bend_damping B)^-1.
+        time: s between two solves.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Bending:
         self._ahead, self._impulse, self._change, self._nothing = (np.zeros(shape) for _ in range(4))
 
     def damp(self, position: np.ndarray, velocity: np.ndarray, held: np.ndarray) -> np.ndarray:
-        """What viscosity leaves of the ``velocity`` of a step, (V, 3) m/s.
+        """What viscosity leaves of the ``velocity``, (V, 3) m/s.
 
         Args:
             position: (V, 3) m.

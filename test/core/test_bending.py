@@ -29,7 +29,7 @@ def bending_of(mesh: ClothMesh, material: Material, time: float, held: np.ndarra
 
 
 def update(bending: Bending, x, v, lag, gravity, held) -> np.ndarray:
-    """What a step that is a single substep does: viscosity first, then the elastic part; returns the velocity left."""
+    """Viscosity first, then the elastic part; returns the velocity left."""
     damped = bending.damp(x, v, held)
     bending.bend(x, damped, lag, gravity, held)
     return damped
