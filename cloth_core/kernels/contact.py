@@ -101,6 +101,30 @@ def into_frame(rotation, origin, x, y, z):
 
 
 @kernel
+def distance_in_world(kind, size, rotation, origin, x, y, z):
+    """Signed distance in m of a world point, and the outward unit normal in the world.
+
+    Spheres and planes look alike from everywhere, or need one axis alone: no turning into their frames and back.
+    """
+    if kind == SPHERE:
+        x, y, z = x - origin[0], y - origin[1], z - origin[2]
+        length = math.sqrt(x * x + y * y + z * z)
+        if length > 0.0:
+            return length - size[0], x / length, y / length, z / length
+    elif kind == PLANE:
+        nx, ny, nz = rotation[0, 2], rotation[1, 2], rotation[2, 2]
+        return nx * (x - origin[0]) + ny * (y - origin[1]) + nz * (z - origin[2]), nx, ny, nz
+    x, y, z = into_frame(rotation, origin, x, y, z)
+    distance, nx, ny, nz = signed_distance(kind, size, x, y, z)
+    return (
+        distance,
+        rotation[0, 0] * nx + rotation[0, 1] * ny + rotation[0, 2] * nz,
+        rotation[1, 0] * nx + rotation[1, 1] * ny + rotation[1, 2] * nz,
+        rotation[2, 0] * nx + rotation[2, 1] * ny + rotation[2, 2] * nz,
+    )
+
+
+@kernel
 def find_contacts(
     start,
     predicted,
@@ -137,10 +161,18 @@ def find_contacts(
         for o in range(kind.shape[0]):
             near = 2.0 * shell + way + travel[o]
             bound = reach[o] + near
-            x, y, z = into_frame(rotation_before[o], origin_before[o], start[v, 0], start[v, 1], start[v, 2])
-            if x * x + y * y + z * z > bound * bound:
+            x, y, z = start[v, 0], start[v, 1], start[v, 2]
+            dx, dy, dz = x - origin_before[o, 0], y - origin_before[o, 1], z - origin_before[o, 2]
+            square = dx * dx + dy * dy + dz * dz
+            if square > bound * bound:
                 continue
-            distance = signed_distance(kind[o], size[o], x, y, z)[0]
+            rotation = rotation_before[o]
+            if kind[o] == SPHERE:
+                distance = math.sqrt(square) - size[o, 0]
+            elif kind[o] == PLANE:
+                distance = rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz
+            else:
+                distance = distance_in_world(kind[o], size[o], rotation, origin_before[o], x, y, z)[0]
             if distance < near:
                 pair_vertex[count] = v
                 pair_obstacle[count] = o
@@ -160,13 +192,15 @@ def push_out(position, kind, size, rotation, origin, shell, pair_vertex, pair_ob
     for p in range(pair_vertex.shape[0]):
         v = pair_vertex[p]
         o = pair_obstacle[p]
-        x, y, z = into_frame(rotation[o], origin[o], position[v, 0], position[v, 1], position[v, 2])
-        distance, nx, ny, nz = signed_distance(kind[o], size[o], x, y, z)
+        distance, nx, ny, nz = distance_in_world(
+            kind[o], size[o], rotation[o], origin[o], position[v, 0], position[v, 1], position[v, 2]
+        )
         way = shell - pair_depth[p] - distance
         if way > 0.0:
-            for a in range(3):
-                normal[p, a] = rotation[o, a, 0] * nx + rotation[o, a, 1] * ny + rotation[o, a, 2] * nz
-                position[v, a] += way * normal[p, a]
+            normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
+            position[v, 0] += way * nx
+            position[v, 1] += way * ny
+            position[v, 2] += way * nz
             pushed[p] += way
             most = max(most, way)
     return most
