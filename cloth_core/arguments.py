@@ -48,6 +48,8 @@ def check_arguments(
         raise InputError(f"no obstacle {', '.join(sorted(unknown))}; this scene has {known}")
     if sweeps is not None and len(sweeps) != substeps:
         raise InputError(f"{len(sweeps)} sweep counts for {substeps} substeps")
+    if sweeps is not None and not all(isinstance(count, (int, np.integer)) and count >= 1 for count in sweeps):
+        raise InputError(f"sweep counts {list(sweeps)[:8]} must be whole numbers of at least 1")
 
 
 def with_plain_arrays(state: State) -> State:

@@ -19,6 +19,9 @@ from cloth_core.material import Material
 from cloth_core.meshing import checks, files, grid, net, repair, sheet
 from cloth_core.meshing.areas import triangle_areas
 
+LEAST_OF_THREADS = 0.2
+"""Share of a sheet's stiffness along its threads that these must have themselves, where springs shall carry it."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ClothMesh:
@@ -130,11 +133,12 @@ class ClothMesh:
     def is_membrane(self, material: Material) -> bool:
         """Whether triangles carry the stretching: springs are cheaper, but only those of a grid make a sheet.
 
-        Even they do not if its cells are so long and the shear so stiff that the diagonals alone would be stiffer
-        along the threads than the material is.
+        Even they do not if its cells are so long or the shear so stiff that the diagonals alone would be stiffer
+        along the threads than the material is, or nearly so: what holds threads to their limit needs them in W.
         """
-        k = self._spring_stiffness(material)
-        return len(self.triangle_slope) > 0 and not (k.any() and (k >= 0.0).all())
+        sheet = np.array([*material.sheet_stiffness(), 1.0])
+        k, whole = self.spring_weight @ sheet, np.maximum(self.spring_weight, 0.0) @ sheet
+        return len(self.triangle_slope) > 0 and not (k.any() and (k >= LEAST_OF_THREADS * whole).all())
 
     def spring_stiffness(self, material: Material) -> np.ndarray:
         """(S,) N/m; zero where triangles carry the stretching."""

@@ -118,16 +118,17 @@ class ClothSolver:
         """Pin further vertices where the state has them. W is computed anew at the next step.
 
         Raises:
-            MeshError: a vertex does not exist.
+            MeshError: a vertex does not exist, or these are no vertex numbers.
         """
-        vertices = np.asarray(vertices, dtype=np.int64).ravel()
-        if ((vertices < 0) | (vertices >= self.mesh.vertex_count)).any():
-            raise MeshError(f"cannot pin {vertices.tolist()[:8]}: vertices are 0 .. {self.mesh.vertex_count - 1}")
-        self._pin_exactly(np.union1d(self._pinned, vertices))
+        self._pin_exactly(np.union1d(self._pinned, self._existing(vertices, "pin")))
 
     def unpin(self, vertices: Sequence[int] | np.ndarray | None = None) -> None:
-        """Let pinned vertices go, all of them by default."""
-        gone = self._pinned if vertices is None else np.asarray(vertices)
+        """Let pinned vertices go, all of them by default.
+
+        Raises:
+            MeshError: a vertex does not exist, or these are no vertex numbers.
+        """
+        gone = self._pinned if vertices is None else self._existing(vertices, "unpin")
         self._pin_exactly(np.setdiff1d(self._pinned, gone))
 
     def initial_state(self, pose: Pose | None = None) -> State:
@@ -226,12 +227,21 @@ class ClothSolver:
         Raises:
             MeshError: the snapshot is of another mesh.
         """
+        pinned = self._existing(arrays["pinned"], "restore pins at")
         state = State.from_arrays(arrays)
         if len(state.position) != self.mesh.vertex_count:
             raise MeshError(f"the snapshot has {len(state.position)} vertices, this cloth {self.mesh.vertex_count}")
-        if not np.array_equal(arrays["pinned"], self._pinned):
-            self._pin_exactly(np.array(arrays["pinned"]))
+        if not np.array_equal(pinned, self._pinned):
+            self._pin_exactly(pinned)
         return state
+
+    def _existing(self, vertices: Sequence[int] | np.ndarray, purpose: str) -> np.ndarray:
+        """Numbers of vertices, as int64."""
+        given, last = np.asarray(vertices).ravel(), self.mesh.vertex_count - 1
+        whole = given.dtype.kind in "iu" or len(given) == 0
+        if not whole or ((given < 0) | (given > last)).any():
+            raise MeshError(f"cannot {purpose} {given.tolist()[:8]}: vertices are whole numbers from 0 to {last}")
+        return given.astype(np.int64)
 
     def _pin_exactly(self, vertices: np.ndarray) -> None:
         self._pinned = vertices.astype(np.int32)

@@ -97,7 +97,7 @@ def test_bad_input_raises_and_touches_nothing():
             lambda: solver.step(State(np.zeros((4, 3)), np.zeros((4, 3))), Inputs()),
         ),
         ("does not say where ball, floor stands", lambda: solver.step(State(state.position, state.velocity), Inputs())),
-        ("cannot pin \\[120\\]: vertices are 0 .. 119", lambda: solver.pin([120])),
+        ("cannot pin \\[120\\]: vertices are whole numbers from 0 to 119", lambda: solver.pin([120])),
     ):
         with pytest.raises((InputError, MeshError), match=message):
             attempt()
@@ -135,3 +135,34 @@ def test_a_grasp_that_closes_on_nothing_is_reported_once():
         state = solver.step(state, far)
         said.append(solver.report.empty)
     assert said == [("hand",), (), ()]
+
+
+@pytest.mark.parametrize("vertices", [[-1], [10**6], [1.7], [True, False], [float("nan")], ["top"]], ids=str)
+def test_pins_are_numbers_of_vertices(vertices):
+    solver = busy_solver("implicit_midpoint")
+    before, snapshot = solver.pinned.copy(), solver.snapshot(solver.initial_state())
+    for refused in (solver.pin, solver.unpin, lambda pins: solver.restore({**snapshot, "pinned": np.array(pins)})):
+        with pytest.raises(MeshError, match="vertices are whole numbers from 0 to"):
+            refused(vertices)
+        np.testing.assert_array_equal(solver.pinned, before)
+
+
+@pytest.mark.parametrize("count", [-1, 0, 1.5, "a"])
+def test_sweeps_to_repeat_are_counts(count):
+    solver = busy_solver("implicit_midpoint")
+    with pytest.raises(InputError, match="sweep counts"):
+        solver.step(solver.initial_state(), Inputs(), sweeps=[count] * solver.substeps)
+
+
+@pytest.mark.parametrize("ratio", [10.0, 100.0])
+def test_a_grid_hangs_however_stiff_its_shear(ratio):
+    """Where springs along the diagonals would do nearly all, triangles take over."""
+    material = Material(stretch_warp=500.0, stretch_weft=500.0, shear=ratio * 500.0, damping=2.0)
+    mesh = ClothMesh.grid(width=1.0, height=1.0, columns=12, rows=12)
+    solver = ClothSolver(mesh, material)
+    solver.pin([0])
+    state = solver.initial_state()
+    for _ in range(150):
+        state = solver.step(state, Inputs())
+        assert solver.report.restrained == 0
+    assert state.position[:, 2].min() < -1.2
