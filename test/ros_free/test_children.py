@@ -11,8 +11,10 @@ from cloth_sim_ros.launcher.children import Child
 
 READY = "print('ready', flush=True)"
 STUBBORN = f"import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); {READY}; time.sleep(600)"
+# A shell that starts us in the background has SIGINT ignored, and children inherit that.
 POLITE = f"""
-import time
+import signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
 try:
     {READY}
     time.sleep(600)
