@@ -136,17 +136,18 @@ class ClothMesh:
         Even they do not if its cells are so long or the shear so stiff that the diagonals alone would be stiffer
         along the threads than the material is, or nearly so: what holds threads to their limit needs them in W.
         """
-        sheet = np.array([*material.sheet_stiffness(), 1.0])
-        k, whole = self.spring_weight @ sheet, np.maximum(self.spring_weight, 0.0) @ sheet
+        k = self._stiffness_by(self.spring_weight, material)
+        whole = self._stiffness_by(np.maximum(self.spring_weight, 0.0), material)
         return len(self.triangle_slope) > 0 and not (k.any() and (k >= LEAST_OF_THREADS * whole).all())
 
     def spring_stiffness(self, material: Material) -> np.ndarray:
         """(S,) N/m; zero where triangles carry the stretching."""
-        k = self._spring_stiffness(material)
+        k = self._stiffness_by(self.spring_weight, material)
         return np.zeros_like(k) if self.is_membrane(material) else k
 
-    def _spring_stiffness(self, material: Material) -> np.ndarray:
-        return self.spring_weight @ np.array([*material.sheet_stiffness(), 1.0])
+    @staticmethod
+    def _stiffness_by(weight: np.ndarray, material: Material) -> np.ndarray:
+        return weight @ np.array([*material.sheet_stiffness(), 1.0])
 
     @classmethod
     def grid(cls, *, width: float, height: float, columns: int, rows: int) -> ClothMesh:

@@ -21,7 +21,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
-from cloth_core.kernels import midpoint, springs, surface
+from cloth_core.kernels import midpoint, surface
 from cloth_core.physics.bending import LEAST_DAMPING, SLOWEST, Bending
 
 LONGEST_SUBSTEP = 0.0025
@@ -128,18 +128,12 @@ class ImplicitMidpoint:
         In terms of what ``middle`` still has to move, so that W need not be exact; ``settled`` says whether it
         has left ``inertial`` already.
         """
-        model, mesh = self.model, self.model.mesh
+        model = self.model
         self._right_side[:] = 0.0
         if settled:
             midpoint.add_inertia(model.mass, inertial, middle, self._right_side)
         scale = 0.25 * model.h * model.h
-        if model.membrane is not None:
-            model.membrane.add_impulses(middle, position, self._tension, self._viscosity, scale, self._right_side)
-        else:
-            springs.add_elastic_impulses(
-                middle, position, mesh.spring_ends, mesh.spring_rest, model.spring_stiffness, self._tension,
-                self._viscosity, scale, self._right_side,
-            )  # fmt: skip
+        model.sheet.add_impulses(middle, position, self._tension, self._viscosity, scale, self._right_side)
         self._change[held] = 0.0  # they are where they shall be
         self._filter.solve(self._right_side, self._change)
         middle += self._change

@@ -15,7 +15,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
-from cloth_core.kernels import curvature, springs, surface
+from cloth_core.kernels import curvature, surface
 
 
 class Meyer2000:
@@ -68,12 +68,7 @@ class Meyer2000:
         """Springs, bending, and the artificial viscosity dt H v that implicit integration amounts to, (V, 3) N."""
         mesh, material = self.model.mesh, self.model.material
         self._force[:] = 0.0
-        if self.model.membrane is not None:
-            self.model.membrane.add_forces(position, velocity, dt, self._force)
-        else:
-            springs.add_spring_forces(
-                position, velocity, mesh.spring_vertex, mesh.spring_rest, self.model.spring_stiffness, dt, self._force
-            )
+        self.model.sheet.add_forces(position, velocity, dt, self._force)
         if self.model.bends:
             lasting = dt + material.bend_damping
             curvature.add_bending_forces(

@@ -18,6 +18,7 @@ from cloth_core.obstacles import Obstacle
 from cloth_core.physics.contacts import Contacts
 from cloth_core.physics.membrane import Membrane
 from cloth_core.physics.momentum import MomentumBalance
+from cloth_core.physics.springs import Springs
 from cloth_core.physics.stretch_limit import StretchLimit
 from cloth_core.physics.thread_limit import ThreadLimit
 
@@ -65,7 +66,6 @@ class Model:
     ) -> None:
         self.mesh, self.material, self.config = mesh, material, config
         self.mass = mesh.vertex_mass(material)
-        self.spring_stiffness = mesh.spring_stiffness(material)
         assembly = assembly or Assembly(mesh)
         self.stretch, self.bending = assembly.stretch(material), assembly.bending(material)
         self.bends = material.bend > 0.0 and len(mesh.curvature_vertex) > 0
@@ -74,7 +74,7 @@ class Model:
         self._plans = plans or Plans()
         self.balance = MomentumBalance(mesh, self.mass)
         woven = mesh.is_membrane(material)
-        self.membrane = Membrane(mesh, material) if woven else None
+        self.sheet = (Membrane if woven else Springs)(mesh, material)
         self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
         self.drag = 0.5 * config.air_density * material.drag
@@ -139,8 +139,8 @@ class Model:
             pushed = self.contacts.push_out(position)
             self.contacts.apply_friction(start, position)
             sweep += 1
-            enough = tolerated if sweep >= usual else NEGLIGIBLE_EXCESS
-            if excess <= max(enough, NEGLIGIBLE_EXCESS) and pushed < NEGLIGIBLE_PUSH:
+            enough = max(tolerated, NEGLIGIBLE_EXCESS) if sweep >= usual else NEGLIGIBLE_EXCESS
+            if excess <= enough and pushed < NEGLIGIBLE_PUSH:
                 break
         return sweep, excess
 

@@ -1,0 +1,39 @@
+"""Masses and springs: what carries the stretching where no triangles do (paper, section 2)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cloth_core.kernels import springs as kernels
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+
+
+class Springs:
+    """What the springs of a mesh do; stands in the place of :class:`~cloth_core.physics.membrane.Membrane`."""
+
+    def __init__(self, mesh: ClothMesh, material: Material) -> None:
+        self._mesh, self._stiffness = mesh, mesh.spring_stiffness(material)
+
+    def add_forces(self, position: np.ndarray, velocity: np.ndarray, viscosity_time: float, force: np.ndarray) -> None:
+        """Add elastic forces and the paper's viscosity of ``viscosity_time`` s to ``force`` (V, 3) N."""
+        mesh = self._mesh
+        kernels.add_spring_forces(
+            position, velocity, mesh.spring_vertex, mesh.spring_rest, self._stiffness, viscosity_time, force
+        )
+
+    def add_impulses(
+        self,
+        position: np.ndarray,
+        start: np.ndarray,
+        tension: np.ndarray,
+        viscosity: float,
+        scale: float,
+        right_side: np.ndarray,
+    ) -> None:
+        """The local step: add ``scale`` s^2 times the forces to ``right_side`` (V, 3) kg m, ``tension`` (S,) N."""
+        mesh = self._mesh
+        kernels.add_elastic_impulses(
+            position, start, mesh.spring_ends, mesh.spring_rest, self._stiffness,
+            tension, viscosity, scale, right_side,
+        )  # fmt: skip
