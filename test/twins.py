@@ -41,14 +41,15 @@ def elastic_forces(x, start, spring_vertex, rest, k, tension, viscosity):
     return force
 
 
-def carried(x, taut, spring_vertex, longest, k, strongest, kept, tension):
-    """New tensions: those of taut springs fade and grow by k times the excess, within 0 and the strongest."""
+def carried(start, x, taut, spring_vertex, longest, k, strongest, kept, yielding, tension):
+    """New tensions: taut springs' fade, grow by k times the excess, yield to shortening, within 0 and the strongest."""
     after = tension.copy()
     for s in taut:
         i, j = spring_vertex[s]
-        excess = np.linalg.norm(x[j] - x[i]) - longest[s]
+        length, before = np.linalg.norm(x[j] - x[i]), np.linalg.norm(start[j] - start[i])
+        excess, shortened = length - longest[s], max(0.0, before - length)
         if excess > 0.0 or tension[s] > 0.0:
-            after[s] = np.clip(kept * tension[s] + k[s] * excess, 0.0, strongest[s])
+            after[s] = np.clip(kept * tension[s] + k[s] * (excess - yielding * shortened), 0.0, strongest[s])
     return after
 
 

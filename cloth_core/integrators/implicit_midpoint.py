@@ -22,6 +22,7 @@ import numpy as np
 from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
 from cloth_core.kernels import midpoint, surface
+from cloth_core.mesh import ClothMesh
 from cloth_core.physics.bending import LEAST_DAMPING, SLOWEST, Bending
 
 LONGEST_SUBSTEP = 0.0025
@@ -33,6 +34,10 @@ excites the fastest threads, which the rule itself does not damp."""
 USUAL_SWEEPS, TOLERATED_EXCESS = 6, 0.005
 """After so many sweeps, more follow only for an excess above this ratio. Fewer would come and go with the excess, and
 what hangs still would tremble."""
+RESOLVED = 0.1
+"""Share of the shortest thread at a vertex by which half an acceleration may move it in a substep. One step of W
+follows threads that turn by a small angle; beyond, the midpoint rule feeds a whipping chain without end. There what
+exceeds it is left out of the ``lag``, which makes the rule an implicit Euler step, and dissipative."""
 ALARMING_EXCESS = 0.01
 """An excess that sweeps cannot cope with calls for another iteration, with the tensions that it gives rise to."""
 
@@ -55,6 +60,7 @@ class ImplicitMidpoint:
         shape = model.mesh.rest_position.shape
         self._force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
         self._no_bending = np.zeros(shape)
+        self._most_lag = RESOLVED / model.h * _shortest_thread(model.mesh)
 
     @staticmethod
     def substeps(config: SolverConfig) -> int:
@@ -95,6 +101,7 @@ class ImplicitMidpoint:
             self.relax(position, inertial, middle, substep.held, settled=True)
             end, _, excess = self.finish(position, inertial, middle, substep)
         midpoint.renew_lag(position, velocity, middle, substep.h, self._lag)
+        midpoint.bound_lag(substep.gravity, substep.h, self._most_lag, self._lag)
         self._lag[substep.held] = 0.0
         settled = model.settle(position, velocity, end, substep)
         model.limit.calm(end, settled, self._lag)
@@ -151,7 +158,7 @@ class ImplicitMidpoint:
         midpoint.extrapolate(position, middle, end)
         end[substep.held] = substep.target
         model.limit.find(end, self._tension)
-        model.limit.carry(end, self._tension)
+        model.limit.carry(position, end, self._tension)
         sweeps, excess = model.limit_stretch_in_contact(position, end, substep, USUAL_SWEEPS, TOLERATED_EXCESS)
         return end, sweeps, excess
 
@@ -165,6 +172,13 @@ class ImplicitMidpoint:
             model.filter_by(model.bending, time * lasting),
             time,
         )
+
+
+def _shortest_thread(mesh: ClothMesh) -> np.ndarray:
+    """(V,) m, the rest length of the shortest spring at each vertex."""
+    shortest = np.full(mesh.vertex_count, np.inf)
+    np.minimum.at(shortest, mesh.spring_vertex, mesh.spring_rest[:, None])
+    return shortest
 
 
 def _longest_run(substeps: int, h: float) -> int:

@@ -124,7 +124,7 @@ def find_taut_threads(position, triangles, slope, shortest, tension, taut):
 
 
 @kernel
-def carry_thread_limit(position, taut, triangles, slope, longest, stiffness, kept, tension):
+def carry_thread_limit(start, position, taut, triangles, slope, longest, stiffness, kept, yielding, tension):
     """Let the ``taut`` threads carry by ``tension`` (T, 2) J what keeps them at ``longest``, a ratio.
 
     As ``springs.carry_limit``, with ``stiffness`` (T, 2) J; never more than that, the pull at twice the length.
@@ -134,7 +134,10 @@ def carry_thread_limit(position, taut, triangles, slope, longest, stiffness, kep
         x, y, z = thread(position, triangles, slope, t, k)
         square = x * x + y * y + z * z
         if square > longest * longest or tension[t, k] > 0.0:
-            carried = kept * tension[t, k] + stiffness[t, k] * (math.sqrt(square) - longest)
+            length = math.sqrt(square)
+            p, q, r = thread(start, triangles, slope, t, k)
+            shortened = max(0.0, math.sqrt(p * p + q * q + r * r) - length)
+            carried = kept * tension[t, k] + stiffness[t, k] * (length - longest - yielding * shortened)
             tension[t, k] = min(max(carried, 0.0), stiffness[t, k])
 
 

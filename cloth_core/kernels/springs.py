@@ -111,11 +111,12 @@ def find_taut(position, limited, spring_vertex, shortest, tension, taut):
 
 
 @kernel
-def carry_limit(position, taut, spring_vertex, longest, stiffness, strongest, kept, tension):
+def carry_limit(start, position, taut, spring_vertex, longest, stiffness, strongest, kept, yielding, tension):
     """Let the ``taut`` springs carry by ``tension`` (S,) N what keeps them at ``longest`` (S,) m.
 
     A multiplier of the augmented Lagrangian: the share ``kept`` of what it was, plus stiffness * (length -
-    longest), never below zero, never above ``strongest`` (S,) N.
+    longest), less stiffness * ``yielding`` times what the spring shortened from ``start`` to ``position`` (V, 3) m;
+    never below zero, never above ``strongest`` (S,) N.
     """
     for n in range(taut.shape[0]):
         s = taut[n]
@@ -127,8 +128,16 @@ def carry_limit(position, taut, spring_vertex, longest, stiffness, strongest, ke
         square = dx * dx + dy * dy + dz * dz
         most = longest[s]
         if square > most * most or tension[s] > 0.0:
-            carried = kept * tension[s] + stiffness[s] * (math.sqrt(square) - most)
+            length = math.sqrt(square)
+            shortened = max(0.0, _length(start, i, j) - length)
+            carried = kept * tension[s] + stiffness[s] * (length - most - yielding * shortened)
             tension[s] = min(max(carried, 0.0), strongest[s])
+
+
+@kernel
+def _length(position, i, j):
+    x, y, z = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1], position[j, 2] - position[i, 2]
+    return math.sqrt(x * x + y * y + z * z)
 
 
 @kernel
