@@ -41,13 +41,13 @@ def elastic_forces(x, start, spring_vertex, rest, k, tension, viscosity):
     return force
 
 
-def carried(start, x, taut, spring_vertex, longest, k, strongest, kept, yielding, tension):
+def carried(start, x, taut, spring_vertex, longest, k, strongest, kept, yielding, steady, tension):
     """New tensions: taut springs' fade, grow by k times the excess, yield to shortening, within 0 and the strongest."""
     after = tension.copy()
     for s in taut:
         i, j = spring_vertex[s]
         length, before = np.linalg.norm(x[j] - x[i]), np.linalg.norm(start[j] - start[i])
-        excess, shortened = length - longest[s], max(0.0, before - length)
+        excess, shortened = length - longest[s], max(0.0, before - length - steady * longest[s])
         if excess > 0.0 or tension[s] > 0.0:
             after[s] = np.clip(kept * tension[s] + k[s] * (excess - yielding * shortened), 0.0, strongest[s])
     return after

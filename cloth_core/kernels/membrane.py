@@ -124,7 +124,7 @@ def find_taut_threads(position, triangles, slope, shortest, tension, taut):
 
 
 @kernel
-def carry_thread_limit(start, position, taut, triangles, slope, longest, stiffness, kept, yielding, tension):
+def carry_thread_limit(start, position, taut, triangles, slope, longest, stiffness, kept, yielding, steady, tension):
     """Let the ``taut`` threads carry by ``tension`` (T, 2) J what keeps them at ``longest``, a ratio.
 
     As ``springs.carry_limit``, with ``stiffness`` (T, 2) J; never more than that, the pull at twice the length.
@@ -136,7 +136,7 @@ def carry_thread_limit(start, position, taut, triangles, slope, longest, stiffne
         if square > longest * longest or tension[t, k] > 0.0:
             length = math.sqrt(square)
             p, q, r = thread(start, triangles, slope, t, k)
-            shortened = max(0.0, math.sqrt(p * p + q * q + r * r) - length)
+            shortened = max(0.0, math.sqrt(p * p + q * q + r * r) - length - steady * longest)
             carried = kept * tension[t, k] + stiffness[t, k] * (length - longest - yielding * shortened)
             tension[t, k] = min(max(carried, 0.0), stiffness[t, k])
 

@@ -111,12 +111,12 @@ def find_taut(position, limited, spring_vertex, shortest, tension, taut):
 
 
 @kernel
-def carry_limit(start, position, taut, spring_vertex, longest, stiffness, strongest, kept, yielding, tension):
+def carry_limit(start, position, taut, spring_vertex, longest, stiffness, strongest, kept, yielding, steady, tension):
     """Let the ``taut`` springs carry by ``tension`` (S,) N what keeps them at ``longest`` (S,) m.
 
     A multiplier of the augmented Lagrangian: the share ``kept`` of what it was, plus stiffness * (length -
-    longest), less stiffness * ``yielding`` times what the spring shortened from ``start`` to ``position`` (V, 3) m;
-    never below zero, never above ``strongest`` (S,) N.
+    longest), less stiffness * ``yielding`` times what the spring shortened from ``start`` to ``position`` (V, 3) m
+    by more than the share ``steady`` of ``longest``; never below zero, never above ``strongest`` (S,) N.
     """
     for n in range(taut.shape[0]):
         s = taut[n]
@@ -129,7 +129,7 @@ def carry_limit(start, position, taut, spring_vertex, longest, stiffness, strong
         most = longest[s]
         if square > most * most or tension[s] > 0.0:
             length = math.sqrt(square)
-            shortened = max(0.0, _length(start, i, j) - length)
+            shortened = max(0.0, _length(start, i, j) - length - steady * most)
             carried = kept * tension[s] + stiffness[s] * (length - most - yielding * shortened)
             tension[s] = min(max(carried, 0.0), strongest[s])
 

@@ -15,6 +15,8 @@ YIELDING = 10.0
 """Multiple of what it grows with, by which a limit's tension lets go of a thread that shortens. What adds up lags: it
 hauls a thread in with more than it held it with on its way out, which is negative damping of about stiffness / (h w^2)
 at w 1/s. FADE / (1 - FADE), 32, would leave no lag at all; that much trembles."""
+STEADY = 1e-4
+"""Share of its length by which a thread may shorten in a substep before its tension lets go: what hangs still does."""
 SHARE = 0.8
 """Of the stiffness of a sheet along its threads, with which a limit's tension grows. As much as W holds them with, and
 long steps with one pass of one iteration come to no rest; the less, the more of an excess stays."""
@@ -84,7 +86,7 @@ class StretchLimit(HeldMasses):
         """
         kernels.carry_limit(
             start, position, self._taut, self._vertex, self._longest, self._stiffness, self._strongest,
-            FADE, YIELDING, tension,
+            FADE, YIELDING, STEADY, tension,
         )  # fmt: skip
 
     def sweep(self, position: np.ndarray, number: int) -> float:

@@ -39,7 +39,7 @@ class ThreadLimit(HeldMasses):
         """Update the ``tension`` (T, 2) J by which threads at their limit pull beyond their stiffness, in place."""
         kernels.carry_thread_limit(
             start, position, self._taut, self._triangles, self._slope, self._longest, self._stiffness,
-            stretch_limit.FADE, stretch_limit.YIELDING, tension,
+            stretch_limit.FADE, stretch_limit.YIELDING, stretch_limit.STEADY, tension,
         )  # fmt: skip
 
     def sweep(self, position: np.ndarray, number: int) -> float:

@@ -73,8 +73,8 @@ def test_tensions_fade_and_grow_with_the_excess_between_none_and_the_strongest(s
     taut = np.flatnonzero(random.random(len(pairs)) < 0.7)
     longest, strongest = 1.05 * rest, 2.0 * k * rest
     tension = random.uniform(0.0, 300.0, len(pairs)) * (random.random(len(pairs)) < 0.5)
-    expected = twins.carried(start, x, taut, pairs, longest, k, strongest, 0.9, 3.0, tension)
-    springs.carry_limit(start, x, taut, pairs, longest, k, strongest, 0.9, 3.0, tension)
+    expected = twins.carried(start, x, taut, pairs, longest, k, strongest, 0.9, 3.0, 0.1, tension)
+    springs.carry_limit(start, x, taut, pairs, longest, k, strongest, 0.9, 3.0, 0.1, tension)
     np.testing.assert_allclose(tension, expected, atol=1e-11)
 
 
