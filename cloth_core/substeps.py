@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cloth_core.integrators import ImplicitMidpoint, Meyer2000, Model, Substep
+from cloth_core.passivity import Passivity
 from cloth_core.physics.hands import Hands
 from cloth_core.physics.restraint import Restraint
 from cloth_core.state import State
@@ -74,6 +75,7 @@ class Substeps:
         self, model: Model, integrator: ImplicitMidpoint | Meyer2000, restraint: Restraint, count: int
     ) -> None:
         self._model, self._integrator, self._restraint, self._count = model, integrator, restraint, count
+        self._passivity = Passivity(model, count * model.h)
 
     def play(
         self,
@@ -97,6 +99,9 @@ class Substeps:
         model, integrator = self._model, self._integrator
         integrator.begin(state.history)
         position, velocity, excess = state.position, state.velocity, 0.0
+        self._passivity.begin(
+            position, velocity, state.history.get("lag", np.zeros_like(velocity)), flow, np.array(gravity)
+        )
         done: list[int] = []
         restrained = np.zeros(len(position), dtype=bool)
         for number in range(self._count):
@@ -120,4 +125,7 @@ class Substeps:
                 integrator.restart(stopped)
                 hands.hold_back(stopped, start, position)
                 restrained[stopped] = True
-        return Motion(position, velocity, integrator.end(), tuple(done), excess, int(restrained.sum()))
+        history = integrator.end()
+        if "lag" in history:
+            self._passivity.end(position, velocity, history["lag"], held)
+        return Motion(position, velocity, history, tuple(done), excess, int(restrained.sum()))

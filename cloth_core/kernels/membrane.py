@@ -63,6 +63,20 @@ def add_membrane_forces(
 
 
 @kernel
+def energy(position, triangles, slope, area, direction, modulus):
+    """J that the gauges store at ``position`` (V, 3) m."""
+    total = 0.0
+    for t in range(triangles.shape[0]):
+        ux, uy, uz = thread(position, triangles, slope, t, WARP)
+        vx, vy, vz = thread(position, triangles, slope, t, WEFT)
+        for d in range(direction.shape[0]):
+            p, q = direction[d, 0], direction[d, 1]
+            length = math.sqrt((p * ux + q * vx) ** 2 + (p * uy + q * vy) ** 2 + (p * uz + q * vz) ** 2)
+            total += 0.5 * area[t] * modulus[d] * (length - 1.0) ** 2
+    return total
+
+
+@kernel
 def add_membrane_impulses(
     position, start, triangles, slope, area, direction, modulus, tension, viscosity, scale, right_side
 ):

@@ -39,6 +39,16 @@ def add_spring_forces(position, velocity, spring_vertex, rest, stiffness, viscos
         force[j, 2] -= fz
 
 
+@kernel
+def energy(position, spring_vertex, rest, stiffness):
+    """J that springs of ``stiffness`` (S,) N/m store at ``position`` (V, 3) m."""
+    total = 0.0
+    for s in range(spring_vertex.shape[0]):
+        longer = _length(position, spring_vertex[s, 0], spring_vertex[s, 1]) - rest[s]
+        total += 0.5 * stiffness[s] * longer * longer
+    return total
+
+
 @lane_kernel
 def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
     """Add ``scale`` s^2 times the force of every spring to ``right_side`` (V, 3) kg m.

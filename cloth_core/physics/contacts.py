@@ -73,6 +73,11 @@ class Contacts:
         self._rotation[number] = pose.rotation
         self._origin[number] = pose.position
 
+    @property
+    def still(self) -> bool:
+        """Whether no obstacle moves in this step."""
+        return all(start == end for start, end in self._way)
+
     def begin_substep(self, share: float) -> None:
         """Move the obstacles to ``share`` (0..1] of their way through the step."""
         self._rotation_before[:] = self._rotation

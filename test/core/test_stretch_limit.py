@@ -128,7 +128,7 @@ def test_tensions_vanish_with_what_they_carry():
 
 
 def hauled(share: float, frequency: float, excess: float, monkeypatch: pytest.MonkeyPatch) -> float:
-    """J that the tension of a thread of 1 N/m gives in a period to a motion of 1 cm about ``excess`` m over its limit."""
+    """J that the tension of a thread of 1 N/m gives a period of a motion of 1 cm, ``excess`` m over its limit."""
     monkeypatch.setattr(stretch_limit, "YIELDING", share)
     mesh = ClothMesh.from_springs(
         np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.array([[0, 1]]), stiffness=1.0, mass=1.0
@@ -155,7 +155,7 @@ def test_a_tension_hauls_in_with_little_more_than_it_held_with(frequency, monkey
     lagging = -0.5 * period * 0.01**2 * np.real(np.conj(1.0 / (1.0 - stretch_limit.FADE / z)) * (z - 1.0))
     assert hauled(0.0, frequency, 0.02, monkeypatch) == pytest.approx(lagging, rel=1e-3)
     alone = hauled(0.0, frequency, 0.0, monkeypatch)
-    assert 0.0 < hauled(share, frequency, 0.0, monkeypatch) < 0.5 * alone
+    assert 0.0 < hauled(share, frequency, 0.0, monkeypatch) < 0.6 * alone
 
 
 def test_tensions_are_those_of_limited_springs_and_no_stronger_than_their_stiffness():
