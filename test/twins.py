@@ -421,4 +421,10 @@ def midpoint_step(
     ahead = 2 * (end - x) / h - (v + lag)  # V', since the mean of V and V' is the displacement over h
     ahead[held] = 0.0
     velocity = (end - x) / h
-    return end, velocity, ahead - velocity
+    lag = ahead - velocity - h / 2 * gravity
+    for i in np.setdiff1d(np.arange(len(x)), held):  # what moves it by more than a tenth of a thread is left out
+        shortest = min(length for pair, length in zip(spring_vertex, rest, strict=True) if i in pair)
+        lag[i] *= min(1.0, 0.1 * shortest / (h * np.linalg.norm(lag[i])))
+    lag += h / 2 * gravity
+    lag[held] = 0.0
+    return end, velocity, lag
