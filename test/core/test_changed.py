@@ -174,4 +174,4 @@ def test_a_strip_that_hangs_at_its_limit_stays_where_it_hangs(substeps, most):
         for begin in (state, replace(state, history={}))
     )
     assert kept < most
-    assert dropped > 5 * kept or substeps != 8  # what a new substep changes itself is as much as what is forgotten
+    assert dropped > 1.5 * kept or substeps != 8  # what a new substep changes itself is as much as what is forgotten
