@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from cloth_core.kernels import kernel
 
 PLANE, SPHERE, BOX, CAPSULE, ELLIPSOID = range(5)
@@ -140,15 +142,17 @@ def find_contacts(
     pair_vertex,
     pair_obstacle,
     pair_depth,
+    left,
 ):
     """List the (vertex, obstacle) pairs that may touch within a substep.
 
     A pair counts if the vertex comes within the shell on its predicted way, with the obstacle's own
     ``travel`` (O,) m added. ``pair_depth`` gets the depth in m below the shell that the vertex may still
     have afterwards: what was already inside comes out by ``recover`` m a substep and no faster, so that
-    nothing is shot away. Poses are those at the start of the substep.
+    nothing is shot away. Poses are those at the start of the substep. ``left`` (P, 3), where a pair was left by the
+    last sweep, becomes nowhere.
 
-    Returns the number of pairs; ``pair_*`` must have room for (V * O).
+    Returns the number of pairs; ``pair_*`` and ``left`` must have room for (V * O).
     """
     count = 0
     for v in range(start.shape[0]):
@@ -177,20 +181,31 @@ def find_contacts(
                 pair_vertex[count] = v
                 pair_obstacle[count] = o
                 pair_depth[count] = max(0.0, shell - distance - recover)
+                left[count, 0] = np.nan
                 count += 1
     return count
 
 
 @kernel
-def push_out(position, kind, size, rotation, origin, shell, pair_vertex, pair_obstacle, pair_depth, pushed, normal):
+def is_at(position, v, left, p):
+    """Whether vertex ``v`` is still where pair ``p`` was left: a sweep moves few of those that touch."""
+    return position[v, 0] == left[p, 0] and position[v, 1] == left[p, 1] and position[v, 2] == left[p, 2]
+
+
+@kernel
+def push_out(
+    position, kind, size, rotation, origin, shell, pair_vertex, pair_obstacle, pair_depth, left, pushed, normal
+):
     """Bring vertices that are too deep back to the shell (eq. 6, with the exact normal).
 
     Adds the distance to ``pushed`` (P,) m and stores the world ``normal`` (P, 3) of every pair that was
-    pushed. Returns the largest distance pushed.
+    pushed. Passes over those that are where they were ``left`` (P, 3) m. Returns the largest distance pushed.
     """
     most = 0.0
     for p in range(pair_vertex.shape[0]):
         v = pair_vertex[p]
+        if is_at(position, v, left, p):
+            continue
         o = pair_obstacle[p]
         distance, nx, ny, nz = distance_in_world(
             kind[o], size[o], rotation[o], origin[o], position[v, 0], position[v, 1], position[v, 2]
@@ -224,19 +239,23 @@ def surface_displacement(x, y, z, origin, origin_before, turn):
 
 @kernel
 def apply_friction(
-    start, position, origin, origin_before, turn, friction, pair_vertex, pair_obstacle, pushed, normal, spent
+    start, position, origin, origin_before, turn, friction, pair_vertex, pair_obstacle, pushed, normal, spent, left
 ):
     """Coulomb: take back the tangential way relative to the surface, friction * ``pushed`` in all at most.
 
     In displacements, not velocities: there it would creep. ``friction`` (O,) is that of each obstacle,
-    ``spent`` (P,) m what earlier sweeps of the substep took back already.
+    ``spent`` (P,) m what earlier sweeps of the substep took back already. Where it leaves the vertices it notes in
+    ``left`` (P, 3) m.
     """
     for p in range(pair_vertex.shape[0]):
+        v = pair_vertex[p]
+        if is_at(position, v, left, p):
+            continue
+        x, y, z = position[v, 0], position[v, 1], position[v, 2]
+        left[p, 0], left[p, 1], left[p, 2] = x, y, z
         if pushed[p] <= 0.0:
             continue
-        v = pair_vertex[p]
         o = pair_obstacle[p]
-        x, y, z = position[v, 0], position[v, 1], position[v, 2]
         sx, sy, sz = surface_displacement(x, y, z, origin[o], origin_before[o], turn[o])
         wx, wy, wz = x - start[v, 0] - sx, y - start[v, 1] - sy, z - start[v, 2] - sz
         nx, ny, nz = normal[p, 0], normal[p, 1], normal[p, 2]
@@ -248,9 +267,9 @@ def apply_friction(
             taken = min(way, most)
             share = taken / way
             spent[p] += taken
-            position[v, 0] -= share * wx
-            position[v, 1] -= share * wy
-            position[v, 2] -= share * wz
+            x, y, z = x - share * wx, y - share * wy, z - share * wz
+            position[v, 0], position[v, 1], position[v, 2] = x, y, z
+            left[p, 0], left[p, 1], left[p, 2] = x, y, z
 
 
 @kernel

@@ -43,6 +43,7 @@ class Contacts:
         self._pushed = np.zeros(vertex_count * count)
         self._spent = np.zeros(vertex_count * count)
         self._normal = np.zeros((vertex_count * count, 3))
+        self._left = np.zeros((vertex_count * count, 3))
         self._pairs = 0
 
     def begin_step(self, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> list[str]:
@@ -101,7 +102,7 @@ class Contacts:
             start, predicted, self._kind, self._size, self._reach,
             self._rotation_before, self._origin_before, self._travel,
             self._shell, self._config.max_push_speed * h, free,
-            self._pair_vertex, self._pair_obstacle, self._pair_depth,
+            self._pair_vertex, self._pair_obstacle, self._pair_depth, self._left,
         )  # fmt: skip
         self._pushed[: self._pairs] = 0.0
         self._spent[: self._pairs] = 0.0
@@ -123,19 +124,23 @@ class Contacts:
             return 0.0
         return kernels.push_out(
             position, self._kind, self._size, self._rotation, self._origin, self._shell,
-            self._pair_vertex[:n], self._pair_obstacle[:n], self._pair_depth[:n], self._pushed[:n], self._normal[:n],
+            self._pair_vertex[:n], self._pair_obstacle[:n], self._pair_depth[:n], self._left[:n],
+            self._pushed[:n], self._normal[:n],
         )  # fmt: skip
 
     def apply_friction(self, start: np.ndarray, position: np.ndarray) -> None:
         """Coulomb friction against the surfaces, which may move, on the displacement from ``start``; in place.
 
-        To be called after every push: the friction of a substep is bounded by all of its pushes together.
+        To be called after every push: the friction of a substep is bounded by all of its pushes together. What the
+        next sweep does not move is left alone by the next push: friction takes it off the surface in second order
+        only, and the next substep sees it again.
         """
         n = self._pairs
         if n:
             kernels.apply_friction(
                 start, position, self._origin, self._origin_before, self._turn, self._friction,
-                self._pair_vertex[:n], self._pair_obstacle[:n], self._pushed[:n], self._normal[:n], self._spent[:n],
+                self._pair_vertex[:n], self._pair_obstacle[:n], self._pushed[:n], self._normal[:n],
+                self._spent[:n], self._left[:n],
             )  # fmt: skip
 
     def settle_velocity(

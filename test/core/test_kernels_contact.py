@@ -130,9 +130,9 @@ def test_found_contacts_are_all_that_may_touch(seed):
     shell, recover, travel = 0.01, 0.004, random.uniform(0, 0.05, 5)
     predicted, free = x + random.normal(0, 0.05, x.shape), random.random(40) < 0.8
     pairs = np.full((2, 200), -1, np.int32)
-    depth = np.full(200, np.nan)
+    depth, left = np.full(200, np.nan), np.zeros((200, 3))
     count = contact.find_contacts(
-        x, predicted, kind, size, reach, rotation, origin, travel, shell, recover, free, *pairs, depth
+        x, predicted, kind, size, reach, rotation, origin, travel, shell, recover, free, *pairs, depth, left
     )
     expected = {}
     for v in np.flatnonzero(free):
@@ -144,6 +144,7 @@ def test_found_contacts_are_all_that_may_touch(seed):
     assert {(int(v), int(o)) for v, o in pairs[:, :count].T} == set(expected)
     assert count == len(expected)
     np.testing.assert_allclose(depth[:count], [expected[v, o] for v, o in pairs[:, :count].T], atol=1e-8)
+    np.testing.assert_array_equal(np.isnan(left).any(axis=1), np.arange(200) < count)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -151,17 +152,22 @@ def test_push_out_moves_along_the_normal_to_the_allowed_depth(seed):
     random, x, kind, size, _, rotation, origin = crowd(seed)
     vertex, obstacle = np.arange(40, dtype=np.int32), random.integers(0, 5, 40).astype(np.int32)
     depth, pushed, normal, before = random.uniform(0, 0.02, 40), np.full(40, 0.5), np.full((40, 3), np.nan), x.copy()
-    most = contact.push_out(x, kind, size, rotation, origin, 0.01, vertex, obstacle, depth, pushed, normal)
+    left = np.full((40, 3), np.nan)
+    left[::4] = x[::4]
+    most = contact.push_out(x, kind, size, rotation, origin, 0.01, vertex, obstacle, depth, left, pushed, normal)
     ways = np.zeros(40)
     for v, o in zip(vertex, obstacle, strict=True):
+        if v % 4 == 0:
+            continue  # it is where it was left
         there = lambda p, o=o: twins.DISTANCE[kind[o]](size[o], rotation[o].T @ (p - origin[o]))  # noqa: E731
         ways[v] = max(0.0, 0.01 - depth[v] - there(before[v]))
         np.testing.assert_allclose(x[v] - before[v], ways[v] * normal[v] if ways[v] else 0.0, atol=1e-8)
         if 0 < ways[v]:
             assert there(x[v]) == pytest.approx(0.01 - depth[v], abs=1e-6)
+    np.testing.assert_array_equal(x[::4], before[::4])
     np.testing.assert_allclose(pushed - 0.5, ways, atol=1e-8)
     assert most == pytest.approx(ways.max(), abs=1e-8)
-    assert 5 < np.count_nonzero(ways) < 40
+    assert 3 < np.count_nonzero(ways) < 30
 
 
 def touching(seed: int):
@@ -191,14 +197,19 @@ def test_friction_takes_back_at_most_mu_times_the_push(seed):
     random, start, x, origin, before, turn, normal, pushed, obstacle = touching(seed)
     mu, spent = random.uniform(0, 1, 2), random.uniform(0, 0.05, 6)
     expected, used = x.copy(), spent.copy()
+    left = np.full((6, 3), np.nan)
+    left[2] = x[2]
     for v in np.flatnonzero(pushed):
+        if v == 2:
+            continue  # it is where it was left
         o = obstacle[v]
         surface = twins.surface_way(x[v], origin[o], before[o], turn[o])
         expected[v], taken = twins.friction(start[v], x[v], surface, normal[v], mu[o] * pushed[v] - spent[v])
         used[v] += taken
     vertex = np.arange(6, dtype=np.int32)
-    contact.apply_friction(start, x, origin, before, turn, mu, vertex, obstacle, pushed, normal, spent)
+    contact.apply_friction(start, x, origin, before, turn, mu, vertex, obstacle, pushed, normal, spent, left)
     np.testing.assert_allclose(x, expected, atol=1e-13)
+    np.testing.assert_array_equal(left, x)
     np.testing.assert_allclose(spent, used, atol=1e-13)
 
 
