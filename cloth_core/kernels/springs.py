@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import prange
 
-from cloth_core.kernels import kernel, lane_kernel
+from cloth_core.kernels import kernel, lane_kernel, shared_kernel
+from cloth_core.kernels.shares import add_shares
 
 BATCH = 256
 """Springs in a batch: what is known of them stays in the first cache."""
@@ -39,14 +41,32 @@ def add_spring_forces(position, velocity, spring_vertex, rest, stiffness, viscos
         force[j, 2] -= fz
 
 
-@lane_kernel
-def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
+@shared_kernel
+def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side, apart):
     """Add ``scale`` s^2 times the force of every spring to ``right_side`` (V, 3) kg m.
 
     A spring pulls with stiffness * (length - rest), plus the ``tension`` (S,) N of its stretch limit, plus
     stiffness * ``viscosity`` times what it lengthened since ``start`` along its own direction: a rigid
-    rotation is not damped. Springs go by the batch: collected, worked on in vector lanes, and given out again.
+    rotation is not damped. Springs go in P + 1 shares, of which all but the first collect in ``apart`` (P, V, 3).
     """
+    shares = apart.shape[0] + 1
+    count = spring_vertex.shape[0]
+    for n in prange(shares):
+        of_share = slice(n * count // shares, (n + 1) * count // shares)
+        total = right_side
+        if n > 0:
+            total = apart[n - 1]
+            total[:] = 0.0
+        _add_impulses(
+            position, start, spring_vertex[of_share], rest[of_share], stiffness[of_share], tension[of_share],
+            viscosity, scale, total,
+        )  # fmt: skip
+    add_shares(apart, right_side)
+
+
+@lane_kernel
+def _add_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
+    """The springs of a share, by the batch: collected, worked on in vector lanes, and given out again."""
     room = np.empty((4, BATCH))
     x, y, z, gain = room[0], room[1], room[2], room[3]
     for first in range(0, spring_vertex.shape[0], BATCH):

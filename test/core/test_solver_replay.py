@@ -59,9 +59,12 @@ def test_a_step_leaves_its_arguments_untouched(integrator):
 THREADS = """
 import numpy as np
 from cloth_core import *
-for size, reach in ((12, 0.2), (32, 0.5)):
+from cloth_core.obstacles import Sphere
+for size, reach, shear in ((12, 0.2, 50), (32, 0.5, 50), (50, 0.2, 50), (50, 0.2, 50_000)):
     mesh = ClothMesh.grid(width=1.0, height=1.0, columns=size, rows=size)
-    solver = ClothSolver(mesh, Material())
+    obstacles = {"ball": Sphere(radius=0.2, center=(0.0, 0.0, -0.21))}
+    solver = ClothSolver(mesh, Material(shear=shear), obstacles=obstacles)
+    assert mesh.is_membrane(solver.material) is (shear > 1000)
     solver.pin(mesh.group("corners")[:2])
     state = solver.initial_state()
     for n in range(12):
@@ -72,10 +75,10 @@ for size, reach in ((12, 0.2), (32, 0.5)):
 
 
 def test_the_number_of_threads_changes_no_bit():
-    """With the dense inverse, with the sparse factor, and with many vertices in the hand."""
+    """With the dense inverse, with the sparse factor, with many vertices in the hand, and where threads share loops."""
     printed = []
     for threads in ("1", "2"):
-        settings = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), threads)
+        settings = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"), threads)
         path = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
         run = subprocess.run(
             [sys.executable, "-c", textwrap.dedent(THREADS)],
