@@ -1,9 +1,9 @@
 """The hands during one step: how their grips come on from substep to substep, stay behind, and lose the cloth.
 
 A hand that carries or pulls with more than ``max_grasp_force`` loses the cloth, too. What counts is the mean of the
-last :data:`LOAD_TIME`, for the grip follows its hand at once, and a jerk would ask for any force at all in a substep. Forces are those of
-weight, inertia and stretching, and of threads at their limit as far as W carries them: what sweeps lift, up to a tenth
-of a cloth that hangs at its limit by a corner, is not felt.
+last :data:`LOAD_TIME`, for the grip follows its hand at once, and a jerk would ask for any force at all in a substep.
+Forces are those of weight, inertia and stretching, and of threads at their limit as far as W carries them: what sweeps
+lift is not felt, up to a tenth of a heavy cloth that hangs at its limit by a corner.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -25,6 +26,7 @@ def test_the_lifter_takes_the_lowest_point_of_a_cloth_and_lifts_it(start_node, p
     )
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
+    assert re.search(r"caught vertex \d+ and lifted it by 0\.[23]\d m", done.stdout + done.stderr)
     seen = len(clouds)
     peer.wait_until(lambda: len(clouds) > seen + 2, "points after the lift")
     assert max(heights(cloud).max() for cloud in clouds[-40:]) > heights(clouds[50]).min() + 0.25
