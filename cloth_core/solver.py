@@ -149,8 +149,9 @@ class ClothSolver:
         Raises:
             SettingError: that is no pose.
         """
-        check_kind("pose", pose or Pose(), Pose, "Pose((x, y, z)) (m)")
-        position = np.ascontiguousarray((pose or Pose()).apply(self.mesh.rest_position))
+        pose = Pose() if pose is None else pose
+        check_kind("pose", pose, Pose, "Pose((x, y, z)) (m)")
+        position = np.ascontiguousarray(pose.apply(self.mesh.rest_position))
         return State(position, np.zeros_like(position), obstacles={n: o.pose for n, o in self.obstacles.items()})
 
     def prepare(self, state: State | None = None) -> None:
