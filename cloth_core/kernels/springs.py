@@ -244,8 +244,8 @@ def any_longer(position, limited, spring_vertex, longest):
 
 @kernel
 def largest_stretch(position, spring_vertex, rest, chosen):
-    """Largest length over rest length of the ``chosen`` (S,) springs; 0 if there are none."""
-    worst = 0.0
+    """Largest length over rest length of the ``chosen`` (S,) springs; 1 if there are none."""
+    worst = -1.0
     for s in range(spring_vertex.shape[0]):
         if chosen[s] and rest[s] > 0.0:
             i = spring_vertex[s, 0]
@@ -254,7 +254,7 @@ def largest_stretch(position, spring_vertex, rest, chosen):
             dy = position[j, 1] - position[i, 1]
             dz = position[j, 2] - position[i, 2]
             worst = max(worst, math.sqrt(dx * dx + dy * dy + dz * dz) / rest[s])
-    return worst
+    return worst if worst >= 0.0 else 1.0
 
 
 @kernel
