@@ -55,6 +55,11 @@ def lane_kernel(function: _Function) -> _Function:
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"})
 
 
+def inlined_kernel(function: _Function) -> _Function:
+    """As :func:`kernel`, for what is too short to be called: arrays that are passed on cost as much as ten products."""
+    return _compiled(function, fastmath=False, inline="always")
+
+
 def shared_kernel(function: _Function) -> _Function:
     """As :func:`kernel`, but threads share the turns of its ``prange`` loops, where they can.
 

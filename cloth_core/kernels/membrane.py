@@ -13,6 +13,7 @@ from numba import prange
 
 from cloth_core.kernels import kernel, shared_kernel
 from cloth_core.kernels.shares import add_shares
+from cloth_core.kernels.springs import BARELY
 
 WARP, WEFT = np.int64(0), np.int64(1)
 """Columns of a gradient. Plain 0 and 1 are types of their own to numba, and :func:`thread` was compiled for each."""
@@ -220,7 +221,7 @@ def calm_overlong_threads(position, velocity, lag, taut, triangles, slope, longe
         share = 0.0
         for m in range(3):
             share += slope[t, m, k] ** 2 * inverse_mass[triangles[t, m]]
-        if square <= longest * longest or share == 0.0:
+        if square <= BARELY * longest * longest or share == 0.0:
             continue
         for m in range(3):
             for a in range(3):
