@@ -9,21 +9,21 @@ from setuptools import find_packages, setup
 NAME = "cloth_sim_ros"
 HERE = Path(__file__).resolve().parent
 
+WHEELS_EXIST = "sys_platform == 'linux' and platform_machine == 'x86_64'"
+
 REQUIRED = [
     "numpy>=1.26",  # every array
     "scipy>=1.11",  # sparse matrices, graphs
     "numba>=0.58",  # compiles the kernels
+    f"tbb>=2021.6; {WHEELS_EXIST}",  # shares loops of the kernels among threads
     "trimesh>=4.0",  # reads triangle meshes, answers whether one is watertight
     "ruamel.yaml>=0.18",  # reads scenes as YAML 1.2 and knows the line of a wrong key
     "mcap>=1.5",  # writes and reads sessions
     "lz4>=4.3",  # compresses them
 ]
 
-# ROS 2 for machines without it; where a distribution is installed, its own rclpy serves.
-WHEELS_EXIST = "sys_platform == 'linux' and platform_machine == 'x86_64'"
-
 EXTRAS = {
-    "ros": [
+    "ros": [  # for machines without ROS 2; where a distribution is installed, its own rclpy serves
         f"ros-jazzy-rclpy; {WHEELS_EXIST}",  # nodes; brings lifecycle_msgs, rosgraph_msgs, ament_index_python
         f"ros-jazzy-common-interfaces; {WHEELS_EXIST}",  # the other messages, std_srvs among them
         f"ros-jazzy-rmw-fastrtps-cpp; {WHEELS_EXIST}",  # the middleware, Fast DDS

@@ -3,7 +3,7 @@
     python benchmarks/start.py               2,500 vertices, kernels on disk and with an empty cache; memory at 10,000
     python benchmarks/start.py --no-node     without the node's own start, which needs ROS
 
-Every figure is of processes of its own, on one thread. The first frame is counted from the start of Python: import,
+Every figure is of processes of its own, on two threads. The first frame is counted from the start of Python: import,
 build, W, and a step with pins, a hand, an obstacle and wind. Wanted are 3 s, better 1.5, with the kernels on disk,
 60 s, better 25, with none, and 400 MB, better 250, at 100 x 100.
 """

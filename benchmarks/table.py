@@ -80,7 +80,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--peers", nargs="+", choices=plan.ENGINES, default=plan.ENGINES, help="who takes part")
     parser.add_argument("--quick", action="store_true", help=f"one repeat instead of {REPEATS}")
     cores = range(1, len(os.sched_getaffinity(0)) + 1)
-    parser.add_argument("--threads", type=int, default=1, choices=cores, help="cores of a run (default: %(default)s)")
+    parser.add_argument(
+        "--threads", type=int, default=process.CORES, choices=cores, help="cores of a run (default: %(default)s)"
+    )
     parser.add_argument("--max-wall", type=float, default=60.0, help="stop a run after so many seconds of frames")
     parser.add_argument("--frames", type=int, default=0, help="stop a run after so many frames; 0: when it is over")
     parser.add_argument("--json", type=Path, default=RESULTS, help="write the results there (default: %(default)s)")

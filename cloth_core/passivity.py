@@ -65,12 +65,13 @@ class Passivity:
         """J: kinetic, of weight, of stretching and of bending."""
         model, matrix = self._model, self._model.bending
         bent = bending.energy(matrix.indptr, matrix.indices, matrix.data, position) if model.bends else 0.0
-        weight = -float(self._mass @ (position @ gravity))
+        weight = -float(np.einsum("v,va,a->", self._mass, position, gravity))
         return self.kinetic(velocity) + weight + model.sheet.energy(position) + bent
 
     def kinetic(self, velocity: np.ndarray) -> float:
         """J, of a (V, 3) m/s."""
-        return 0.5 * float(self._mass @ np.einsum("va,va->v", velocity, velocity))
+        # No product of BLAS: how that adds up depends on the number of its threads.
+        return 0.5 * float(np.einsum("v,va,va->", self._mass, velocity, velocity))
 
     def _rigid(self, position: np.ndarray, motion: np.ndarray, held: np.ndarray) -> np.ndarray:
         """The rigid part of a ``motion`` of free components; none of others."""

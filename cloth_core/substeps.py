@@ -11,7 +11,7 @@ from cloth_core.integrators import ImplicitMidpoint, Meyer2000, Model, Substep
 from cloth_core.passivity import Passivity
 from cloth_core.physics.hands import Hands
 from cloth_core.physics.restraint import Restraint
-from cloth_core.state import State
+from cloth_core.state import FARTHEST, FASTEST, State
 
 
 class Passes:
@@ -56,9 +56,9 @@ class Motion:
     restrained: int
 
     @property
-    def is_finite(self) -> bool:
-        """Whether all positions and velocities are."""
-        return bool(np.isfinite(self.position).all() and np.isfinite(self.velocity).all())
+    def is_sound(self) -> bool:
+        """Whether all positions and velocities are finite and within the bounds of a state."""
+        return bool((np.abs(self.position) <= FARTHEST).all() and (np.abs(self.velocity) <= FASTEST).all())
 
 
 class Substeps:
@@ -125,6 +125,9 @@ class Substeps:
                 integrator.restart(stopped)
                 hands.hold_back(stopped, start, position)
                 restrained[stopped] = True
+        if integrator.restrained:
+            own = np.array(gravity) - (velocity - state.velocity) / (self._count * model.h)
+            hands.bear(lambda vertex: integrator.pull(vertex) + model.mass[vertex] @ own[vertex])
         history = integrator.end()
         if "lag" in history:
             self._passivity.end(position, velocity, history["lag"], held)

@@ -22,6 +22,8 @@ START_UP_S = 120.0  # beyond the time of the frames: imports, compiling, buildin
 # What the ROS wheels of our own environment leave behind would lead another environment's Python to our libraries.
 LEFT_BY_ROS = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "PYTHONPATH")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+CORES = int(os.environ.get("NUMBA_NUM_THREADS") or min(2, len(os.sched_getaffinity(0))))
+"""That a run has if nothing else is asked for: the bars are meant for two."""
 
 
 def interpreter(engine: str) -> Path | None:
@@ -32,7 +34,7 @@ def interpreter(engine: str) -> Path | None:
     return python if python.exists() else None
 
 
-def play(job: Job, *, threads: int = 1, max_wall: float = 60.0, frames: int = 0) -> dict[str, Any]:
+def play(job: Job, *, threads: int = CORES, max_wall: float = 60.0, frames: int = 0) -> dict[str, Any]:
     """Run a job, pinned to ``threads`` cores, and return what the harness measured; failures say so in ``status``.
 
     Args:

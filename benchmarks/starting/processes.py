@@ -1,4 +1,4 @@
-"""Starting what is measured: fresh processes on one thread, with the kernels on disk or with an empty cache."""
+"""Starting what is measured: fresh processes on two cores, with the kernels on disk or with an empty cache."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from comparison.process import CORES, THREADS
+
 HERE = Path(__file__).resolve().parents[1]
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 NODE_WITHIN_S = 300.0
 _READY = re.compile(r"ready after ([\d.]+) s")
 _PROGRESS = re.compile(r"compiling kernel (\d+)")
@@ -77,7 +78,7 @@ def _environment(cache: str | None) -> dict[str, str]:
     paths = os.pathsep.join(filter(None, (str(HERE), str(HERE.parent), os.environ.get("PYTHONPATH"))))
     return {
         **os.environ,
-        **dict.fromkeys(THREADS, "1"),
+        **dict.fromkeys(THREADS, str(CORES)),
         "PYTHONPATH": paths,
         **({"NUMBA_CACHE_DIR": cache} if cache else {}),
     }

@@ -71,7 +71,10 @@ class ImplicitMidpoint:
         """Take up the ``history`` of a state; an empty one means to start afresh."""
         mesh = self.model.mesh
         self._lag = np.array(history["lag"]) if "lag" in history else np.zeros((mesh.vertex_count, 3))
-        self._tension = np.array(history["tension"]) if "tension" in history else self.model.limit.slack()
+        slack = self.model.limit.slack()
+        # A change of the material may have passed the sheet on from springs to triangles.
+        known = history.get("tension", slack).shape == slack.shape
+        self._tension = np.array(history.get("tension", slack)) if known else slack
 
     def end(self) -> dict[str, np.ndarray]:
         """What the next step needs to go on exactly."""
@@ -80,6 +83,15 @@ class ImplicitMidpoint:
     def restart(self, vertex: np.ndarray) -> None:
         """Forget how these vertices were accelerated: something else has stopped them."""
         self._lag[vertex] = 0.0
+
+    def pull(self, vertex: np.ndarray) -> np.ndarray:
+        """(3,) N, what the stretched cloth pulled these held vertices with in the last substep, all together.
+
+        It is what the rows of the system that stand for them leave over: the forces at the middle of the substep.
+        """
+        scale = 0.25 * self.model.h * self.model.h
+        stiffened = (1.0 + self._viscosity) * (self.model.stretch[vertex] @ self._change)
+        return (self._right_side[vertex] / scale - stiffened).sum(axis=0)
 
     def advance(
         self, position: np.ndarray, velocity: np.ndarray, substep: Substep

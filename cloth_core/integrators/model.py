@@ -76,9 +76,8 @@ class Model:
         woven = mesh.is_membrane(material)
         self.sheet = (Membrane if woven else Springs)(mesh, material)
         self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
-        self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
+        self.contacts = Contacts(obstacles, mesh, material, self.mass, config)
         self.drag = 0.5 * config.air_density * material.drag
-        self.free = np.ones(mesh.vertex_count, dtype=np.bool_)
         self._area_vector = np.empty((mesh.vertex_count, 3))
 
     def filter_by(self, stiffness: csr_matrix, scale: float) -> ImplicitFilter:
@@ -107,8 +106,7 @@ class Model:
         for held_filter in self._filters:
             held_filter.hold(grasped)
         self.limit.hold(held)
-        self.free[:] = True
-        self.free[held] = False
+        self.contacts.hold(held)
 
     def area_vectors(self, position: np.ndarray) -> np.ndarray:
         """(V, 3) m^2, valid until the next call."""
@@ -132,7 +130,7 @@ class Model:
         Returns:
             Sweeps done, and the worst excess over the stretch limit met in the last one (a ratio).
         """
-        self.contacts.find(start, position, substep.h, self.free)
+        self.contacts.find(start, position, substep.h)
         sweep, excess = 0, 0.0
         while sweep < substep.sweeps:
             excess = self.limit.sweep(position, sweep)

@@ -16,6 +16,8 @@ from typing import Any, TypeVar
 
 import numba
 
+from cloth_core.kernels import threads
+
 _Function = TypeVar("_Function")
 
 
@@ -26,7 +28,7 @@ def cache_folder() -> Path:
     ``NUMBA_CACHE_DIR`` or ``XDG_CACHE_HOME`` move it; a folder that cannot be written falls back to
     the temporary folder.
     """
-    digest = hashlib.sha256(numba.__version__.encode())
+    digest = hashlib.sha256(f"{numba.__version__} {threads.shared()}".encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.read_bytes())
     home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
@@ -51,6 +53,20 @@ def lane_kernel(function: _Function) -> _Function:
     For dense inner loops that test for no NaN: what is not finite stays so.
     """
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"})
+
+
+def inlined_kernel(function: _Function) -> _Function:
+    """As :func:`kernel`, for what is too short to be called: arrays that are passed on cost as much as ten products."""
+    return _compiled(function, fastmath=False, inline="always")
+
+
+def shared_kernel(function: _Function) -> _Function:
+    """As :func:`kernel`, but threads share the turns of its ``prange`` loops, where they can.
+
+    A turn must write nothing that another one reads or writes: then the result is the same whoever does it, and
+    however many they are.
+    """
+    return _compiled(function, fastmath=False, parallel=threads.shared())
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:

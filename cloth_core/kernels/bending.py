@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from cloth_core.kernels import kernel, lane_kernel
+from numba import prange
+
+from cloth_core.kernels import kernel, lane_kernel, shared_kernel
 
 
 @lane_kernel
@@ -13,10 +15,10 @@ def look_ahead(position, velocity, lag, time, ahead):
             ahead[v, a] = position[v, a] + time * (velocity[v, a] + lag[v, a])
 
 
-@kernel
+@shared_kernel
 def add_up_impulses(indptr, indices, data, ahead, mass, gravity, time, impulse):
     """``time`` s times weight and the force of a Hessian at ``ahead`` (V, 3) m, into ``impulse`` (V, 3) N s."""
-    for v in range(mass.shape[0]):
+    for v in prange(mass.shape[0]):
         x = y = z = 0.0
         for p in range(indptr[v], indptr[v + 1]):
             j = indices[p]

@@ -9,8 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import prange
 
-from cloth_core.kernels import kernel
+from cloth_core.kernels import kernel, shared_kernel
+from cloth_core.kernels.shares import add_shares
+from cloth_core.kernels.springs import BARELY
 
 WARP, WEFT = np.int64(0), np.int64(1)
 """Columns of a gradient. Plain 0 and 1 are types of their own to numba, and :func:`thread` was compiled for each."""
@@ -76,17 +79,37 @@ def energy(position, triangles, slope, area, direction, modulus):
     return total
 
 
-@kernel
+@shared_kernel
 def add_membrane_impulses(
-    position, start, triangles, slope, area, direction, modulus, tension, viscosity, scale, right_side
+    position, start, triangles, slope, area, direction, modulus, tension, viscosity, scale, right_side, apart
 ):
     """Add ``scale`` s^2 times the force of every gauge to ``right_side`` (V, 3) kg m.
 
     A gauge of stiffness area * modulus pulls with stiffness * (length - 1), plus the ``tension`` (T, 2) J of its
     stretch limit if it is the first (warp) or second (weft), plus stiffness * ``viscosity`` times what it lengthened
-    since ``start`` along its own direction: a rigid rotation is not damped.
+    since ``start`` along its own direction: a rigid rotation is not damped. Triangles go in P + 1 shares, of which all
+    but the first collect in ``apart`` (P, V, 3).
     """
-    for t in range(triangles.shape[0]):
+    shares = apart.shape[0] + 1
+    count = triangles.shape[0]
+    for n in prange(shares):
+        total = right_side
+        if n > 0:
+            total = apart[n - 1]
+            total[:] = 0.0
+        _add_impulses(
+            n * count // shares, (n + 1) * count // shares,
+            position, start, triangles, slope, area, direction, modulus, tension, viscosity, scale, total,
+        )  # fmt: skip
+    add_shares(apart, right_side)
+
+
+@kernel
+def _add_impulses(
+    begin, end, position, start, triangles, slope, area, direction, modulus, tension, viscosity, scale, right_side
+):
+    """The triangles of a share."""
+    for t in range(begin, end):
         ux, uy, uz = thread(position, triangles, slope, t, WARP)
         vx, vy, vz = thread(position, triangles, slope, t, WEFT)
         ax, ay, az = thread(start, triangles, slope, t, WARP)
@@ -215,7 +238,7 @@ def calm_overlong_threads(position, velocity, lag, taut, triangles, slope, longe
         share = 0.0
         for m in range(3):
             share += slope[t, m, k] ** 2 * inverse_mass[triangles[t, m]]
-        if square <= longest * longest or share == 0.0:
+        if square <= BARELY * longest * longest or share == 0.0:
             continue
         for m in range(3):
             for a in range(3):

@@ -11,7 +11,9 @@ Equal inputs give equal bits. Nothing here tests for NaN.
 
 from __future__ import annotations
 
-from cloth_core.kernels import kernel, lane_kernel
+from numba import prange
+
+from cloth_core.kernels import kernel, lane_kernel, shared_kernel
 from cloth_core.kernels.lanes import LANES, add_product, load, spread, store
 
 
@@ -102,15 +104,36 @@ def fill_panels(columns, down, up):
                 p += 1
 
 
-@kernel
-def solve_forward(first, below_start, below, down_start, down, y, work):
-    """z = L^-1 y for three columns, in place in ``y`` (3, N).
+@shared_kernel
+def solve_forward(parts, order, right_side, first, below_start, below, down_start, down, y, beyond, work):
+    """z = L^-1 b into the columns of ``y`` (3, N), for the three columns of ``right_side``.
 
     ``first`` (S + 1,), ``below_start`` (S + 1,) and ``down_start`` (S + 1,) say which columns, rows below and panel
-    a block has; ``work`` (3, M) is room to work in.
+    a block has. The blocks of different ``parts`` (P, 2), first and one past the last, have no row in common but those
+    of the blocks after all of them; ``beyond`` (P, 3, R) collects what the parts take from those rows. ``work``
+    (P, 6, M) is room to work in.
     """
+    last = parts[-1, 1]
+    common = first[last]
+    gather(order, right_side, y)
+    for n in prange(parts.shape[0]):
+        beyond[n] = 0
+        begin, end = parts[n]
+        forward(begin, end, common, first, below_start, below, down_start, down, y, beyond[n], work[n])
+    for n in range(parts.shape[0]):
+        for a in range(3):
+            for i in range(beyond.shape[2]):
+                y[a, common + i] += beyond[n, a, i]
+    forward(
+        last, first.shape[0] - 1, order.shape[0], first, below_start, below, down_start, down, y, beyond[0], work[0]
+    )
+
+
+@kernel
+def forward(begin, end, common, first, below_start, below, down_start, down, y, beyond, work):
+    """Eliminate the blocks from ``begin`` to ``end``; what they do to rows from ``common`` on goes to ``beyond``."""
     zero = down.dtype.type(0)
-    for s in range(first.shape[0] - 1):
+    for s in range(begin, end):
         c = first[s]
         width = first[s + 1] - c
         r = below_start[s]
@@ -132,16 +155,33 @@ def solve_forward(first, below_start, below, down_start, down, y, work):
             x0[i], x1[i], x2[i] = work[0, i], work[1, i], work[2, i]
         for i in range(width, count):
             q = below[r + i - width]
-            y[0, q] += work[0, i]
-            y[1, q] += work[1, i]
-            y[2, q] += work[2, i]
+            if q < common:
+                y[0, q] += work[0, i]
+                y[1, q] += work[1, i]
+                y[2, q] += work[2, i]
+            else:
+                q -= common
+                beyond[0, q] += work[0, i]
+                beyond[1, q] += work[1, i]
+                beyond[2, q] += work[2, i]
+
+
+@shared_kernel
+def solve_backward(parts, first, below_start, below, up_start, up, y, work, order, solution):
+    """x = L^-T y, for three columns, into the rows of ``solution``; arguments as in :func:`solve_forward`."""
+    last = parts[-1, 1]
+    backward(last, first.shape[0] - 1, first, below_start, below, up_start, up, y, work[0])
+    for n in prange(parts.shape[0]):
+        begin, end = parts[n]
+        backward(begin, end, first, below_start, below, up_start, up, y, work[n])
+    scatter(order, y, solution)
 
 
 @kernel
-def solve_backward(first, below_start, below, up_start, up, y, work):
-    """x = L^-T y for three columns, in place in ``y`` (3, N); arguments as in :func:`solve_forward`."""
+def backward(begin, end, first, below_start, below, up_start, up, y, work):
+    """The blocks from ``end`` back to ``begin``, those that they wait for being done."""
     zero = up.dtype.type(0)
-    for s in range(first.shape[0] - 2, -1, -1):
+    for s in range(end - 1, begin - 1, -1):
         c = first[s]
         width = first[s + 1] - c
         r = below_start[s]

@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import prange
 
-from cloth_core.kernels import kernel, lane_kernel
+from cloth_core.kernels import kernel, lane_kernel, shared_kernel
+from cloth_core.kernels.shares import add_shares
 
 BATCH = 256
 """Springs in a batch: what is known of them stays in the first cache."""
+BARELY = 1.0 + 1e-9
+"""Square of a length over its limit that rounding makes of a spring which a sweep has brought back to it."""
 
 
 @kernel
@@ -49,14 +53,32 @@ def energy(position, spring_vertex, rest, stiffness):
     return total
 
 
-@lane_kernel
-def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
+@shared_kernel
+def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side, apart):
     """Add ``scale`` s^2 times the force of every spring to ``right_side`` (V, 3) kg m.
 
     A spring pulls with stiffness * (length - rest), plus the ``tension`` (S,) N of its stretch limit, plus
     stiffness * ``viscosity`` times what it lengthened since ``start`` along its own direction: a rigid
-    rotation is not damped. Springs go by the batch: collected, worked on in vector lanes, and given out again.
+    rotation is not damped. Springs go in P + 1 shares, of which all but the first collect in ``apart`` (P, V, 3).
     """
+    shares = apart.shape[0] + 1
+    count = spring_vertex.shape[0]
+    for n in prange(shares):
+        of_share = slice(n * count // shares, (n + 1) * count // shares)
+        total = right_side
+        if n > 0:
+            total = apart[n - 1]
+            total[:] = 0.0
+        _add_impulses(
+            position, start, spring_vertex[of_share], rest[of_share], stiffness[of_share], tension[of_share],
+            viscosity, scale, total,
+        )  # fmt: skip
+    add_shares(apart, right_side)
+
+
+@lane_kernel
+def _add_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
+    """The springs of a share, by the batch: collected, worked on in vector lanes, and given out again."""
     room = np.empty((4, BATCH))
     x, y, z, gain = room[0], room[1], room[2], room[3]
     for first in range(0, spring_vertex.shape[0], BATCH):
@@ -204,7 +226,7 @@ def calm_overlong(position, velocity, lag, taut, spring_vertex, longest, inverse
         dz = position[j, 2] - position[i, 2]
         square = dx * dx + dy * dy + dz * dz
         share = inverse_mass[i] + inverse_mass[j]
-        if square <= longest[s] * longest[s] or share == 0.0:
+        if square <= BARELY * longest[s] * longest[s] or share == 0.0:
             continue
         for a in range(3):
             lag[i, a] = 0.0
@@ -243,8 +265,8 @@ def any_longer(position, limited, spring_vertex, longest):
 
 @kernel
 def largest_stretch(position, spring_vertex, rest, chosen):
-    """Largest length over rest length of the ``chosen`` (S,) springs; 0 if there are none."""
-    worst = 0.0
+    """Largest length over rest length of the ``chosen`` (S,) springs; 1 if there are none."""
+    worst = -1.0
     for s in range(spring_vertex.shape[0]):
         if chosen[s] and rest[s] > 0.0:
             i = spring_vertex[s, 0]
@@ -253,7 +275,7 @@ def largest_stretch(position, spring_vertex, rest, chosen):
             dy = position[j, 1] - position[i, 1]
             dz = position[j, 2] - position[i, 2]
             worst = max(worst, math.sqrt(dx * dx + dy * dy + dz * dz) / rest[s])
-    return worst
+    return worst if worst >= 0.0 else 1.0
 
 
 @kernel

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from cloth_core.kernels import fronts
+from cloth_core.kernels.shares import WORTH
 from cloth_core.linear.dissection import Block, dissect
 
 
@@ -41,6 +42,9 @@ class Elimination:
     up_start: np.ndarray
     """(S + 1,) the same for the backward half, which begins with the last block: that of block s is at [s + 1]."""
 
+    parts: np.ndarray
+    """(P, 2) blocks, first and one past the last, that have no row in common but those of the blocks after them all."""
+
     def fits(self, matrix: csr_matrix, largest: int) -> bool:
         """Whether a sorted ``matrix`` of the same places has this very pattern."""
         return (
@@ -68,7 +72,7 @@ def plan_elimination(matrix: csr_matrix, place: np.ndarray, largest: int) -> Eli
     below_start, below = fronts.rows_below(matrix.indptr, matrix.indices, order, turned, first, parent)
     return Elimination(
         matrix.indptr, matrix.indices, largest, order, turned, first, parent, earliest, below_start, below,
-        *fronts.panel_starts(first, below_start),
+        *fronts.panel_starts(first, below_start), _parts(parent, len(order)),
     )  # fmt: skip
 
 
@@ -99,3 +103,11 @@ def _tree(blocks: list[Block], first: np.ndarray) -> tuple[np.ndarray, np.ndarra
             parent[child] = number
             earliest[number] = min(earliest[number], earliest[child])
     return parent, earliest
+
+
+def _parts(parent: np.ndarray, rows: int) -> np.ndarray:
+    root = len(parent) - 1
+    ends = np.flatnonzero(parent == root) + 1
+    if rows < WORTH or len(ends) < 2:
+        ends = np.array([root + 1])
+    return np.column_stack([np.concatenate([[0], ends[:-1]]), ends])

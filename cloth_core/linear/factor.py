@@ -54,7 +54,9 @@ class Factor:
         )  # fmt: skip
         tallest = (np.diff(plan.first) + np.diff(plan.below_start)).max()
         self._y = np.empty((3, size), self._down.dtype)
-        self._work = np.empty((6, tallest + LANES), self._down.dtype)
+        parts = len(plan.parts)
+        self._work = np.empty((parts, 6, tallest + LANES), self._down.dtype)
+        self._beyond = np.empty((parts, 3, size - plan.first[plan.parts[-1, 1]]), self._down.dtype)
         self._held: HeldRows | None = None
 
     @property
@@ -74,9 +76,13 @@ class Factor:
     def solve(self, right_side: np.ndarray, solution: np.ndarray, wanted: np.ndarray | None = None) -> None:
         """A^-1 ``right_side`` into ``solution``, held rows at the ``wanted`` (K, 3) values."""
         plan = self._plan
-        panels.gather(self._order, right_side, self._y)
-        panels.solve_forward(plan.first, plan.below_start, plan.below, plan.down_start, self._down, self._y, self._work)
+        panels.solve_forward(
+            plan.parts, self._order, right_side, plan.first, plan.below_start, plan.below,
+            plan.down_start, self._down, self._y, self._beyond, self._work,
+        )  # fmt: skip
         if self._held is not None:
             self._held.impose(wanted, self._y)
-        panels.solve_backward(plan.first, plan.below_start, plan.below, plan.up_start, self._up, self._y, self._work)
-        panels.scatter(self._order, self._y, solution)
+        panels.solve_backward(
+            plan.parts, plan.first, plan.below_start, plan.below,
+            plan.up_start, self._up, self._y, self._work, self._order, solution,
+        )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cloth_core.kernels import membrane as kernels
+from cloth_core.kernels import shares
 from cloth_core.linear.gauges import gauges
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -16,6 +17,7 @@ class Membrane:
     def __init__(self, mesh: ClothMesh, material: Material) -> None:
         self._mesh, self._area = mesh, mesh.triangle_area
         self._direction, self._modulus = gauges(material)
+        self._apart = shares.room(mesh.vertex_count)
 
     def add_forces(self, position: np.ndarray, velocity: np.ndarray, viscosity_time: float, force: np.ndarray) -> None:
         """Add elastic forces and the paper's viscosity of ``viscosity_time`` s to ``force`` (V, 3) N."""
@@ -43,5 +45,5 @@ class Membrane:
         mesh = self._mesh
         kernels.add_membrane_impulses(
             position, start, mesh.triangles, mesh.triangle_slope, self._area,
-            self._direction, self._modulus, tension, viscosity, scale, right_side,
+            self._direction, self._modulus, tension, viscosity, scale, right_side, self._apart,
         )  # fmt: skip

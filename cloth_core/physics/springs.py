@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cloth_core.kernels import shares
 from cloth_core.kernels import springs as kernels
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -14,6 +15,7 @@ class Springs:
 
     def __init__(self, mesh: ClothMesh, material: Material) -> None:
         self._mesh, self._stiffness = mesh, mesh.spring_stiffness(material)
+        self._apart = shares.room(mesh.vertex_count)
 
     def add_forces(self, position: np.ndarray, velocity: np.ndarray, viscosity_time: float, force: np.ndarray) -> None:
         """Add elastic forces and the paper's viscosity of ``viscosity_time`` s to ``force`` (V, 3) N."""
@@ -39,5 +41,5 @@ class Springs:
         mesh = self._mesh
         kernels.add_elastic_impulses(
             position, start, mesh.spring_ends, mesh.spring_rest, self._stiffness,
-            tension, viscosity, scale, right_side,
+            tension, viscosity, scale, right_side, self._apart,
         )  # fmt: skip

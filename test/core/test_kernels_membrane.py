@@ -43,12 +43,15 @@ def test_forces_are_minus_the_slope_of_the_energy(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("viscosity", [0.0, 0.7])
-def test_the_local_step_is_the_twin(seed, viscosity):
+@pytest.mark.parametrize("more_shares", [0, 1, 4])
+def test_the_local_step_is_the_twin(seed, viscosity, more_shares):
     triangles, slope, area, direction, modulus, x, start = cloud(seed)
     tension = np.random.default_rng(seed).uniform(0, 2, (len(triangles), 2))
     before = np.random.default_rng(9).normal(size=x.shape)
-    found = before.copy()
-    kernels.add_membrane_impulses(x, start, triangles, slope, area, direction, modulus, tension, viscosity, 0.37, found)
+    found, apart = before.copy(), np.full((more_shares, *x.shape), np.nan)
+    kernels.add_membrane_impulses(
+        x, start, triangles, slope, area, direction, modulus, tension, viscosity, 0.37, found, apart
+    )
     expected = twins.membrane_forces(x, start, triangles, slope, area, direction, modulus, tension, viscosity)
     np.testing.assert_allclose(found - before, 0.37 * expected, atol=1e-10)
 

@@ -90,7 +90,7 @@ def test_as_it_comes_the_solver_plays_with_its_own_substeps():
 def test_the_file_has_the_rows_the_verdicts_and_the_machine(tmp_path):
     described = machine.describe()
     rows = [Row("frame", "ms", 4.0, 2.0, 5.874, least=3.446), Row("memory", "MB", 400.0, 250.0, 231.3)]
-    save(bars.document(described, rows), tmp_path / "bars.json")
+    save(bars.document(described, rows, 2), tmp_path / "bars.json")
     written = json.loads((tmp_path / "bars.json").read_text())
     assert written["machine"] == described
     assert [(row["what"], row["value"], row["reached"]) for row in written["results"]] == [

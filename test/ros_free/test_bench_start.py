@@ -11,6 +11,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 
+from comparison import process
 from starting import child, processes
 
 STATUS = "Name:\tpython\nVmPeak:\t  900000 kB\nVmHWM:\t  524288 kB\nVmRSS:\t  262144 kB\nThreads:\t1\n"
@@ -59,6 +60,6 @@ def test_kernels_are_kept_in_the_cache_that_a_child_is_given():
         code = "from cloth_core.kernels import cache_folder; print(cache_folder())"
         environment = processes._environment(cache)
         assert environment["NUMBA_CACHE_DIR"] == cache
-        assert environment["NUMBA_NUM_THREADS"] == "1"
+        assert environment["NUMBA_NUM_THREADS"] == str(process.CORES)
         done = subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True, text=True)
         assert Path(done.stdout.strip()).parent == Path(cache)
