@@ -22,13 +22,15 @@ from cloth_core.kernels.shapes import PLANE, signed_distance
 FINEST_STEP = 0.25
 """Of the shell, the least step on the way of what touches already, but moves away there."""
 MOST_STEPS = 256
+SAME_SIDE = 0.5
+"""Cosine between the normals of one side."""
 INSIDE = 0.02
 """Shares of an edge or a triangle that are less belong to its border, which is looked at for itself."""
 
 
 @shared_kernel
 def find_points(
-    start, predicted, edge, triangle, longest_edge, free, inverse_mass, bodies: Bodies, sharp, shell, recover,
+    start, predicted, edge, triangle, longest_edge, free, inverse_mass, bodies: Bodies, sharp, thin, shell, recover,
     points: Points, way, distance, normal,
 ):  # fmt: skip
     """List the ``points`` that may touch while the vertices go from ``start`` to about ``predicted`` (V, 3) m.
@@ -36,7 +38,7 @@ def find_points(
     A point counts if it comes within the shell on its way, with the obstacle's own added. Its ``depth`` is what may
     be left of it below the shell: what was already inside comes out by ``recover`` m and no faster, so that nothing is
     shot away. ``edge`` (E, 2), no longer than ``longest_edge`` m, and ``triangle`` (T, 3) are looked at for the
-    obstacles that are ``sharp`` (O,) alone.
+    obstacles that are ``sharp`` (O,) alone. Those that are ``thin`` (O,) are passed by what is pushed a little.
 
     Returns how many there are, which may be more than there is room for: then the rest is missing.
     ``way`` (V,), ``distance`` (V,) and ``normal`` (V, 3) are room to work in.
@@ -68,7 +70,7 @@ def find_points(
             if free[v] and distance[v] < 2.0 * shell + moves:
                 if moves > shell:
                     count = add_point(
-                        start, predicted, v, v, v, 1, bodies, o, moves, shell, recover,
+                        start, predicted, v, v, v, 1, bodies, o, thin[o], moves, shell, recover,
                         inverse_mass, points, count, begin, end, weight,
                     )  # fmt: skip
                 else:
@@ -99,7 +101,7 @@ def find_points(
                 and (moves > shell or not flat(normal, i, j))
             ):
                 count = add_point(
-                    start, predicted, i, j, j, 2, bodies, o, moves, shell, recover,
+                    start, predicted, i, j, j, 2, bodies, o, thin[o], moves, shell, recover,
                     inverse_mass, points, count, begin, end, weight,
                 )  # fmt: skip
         for t in range(triangle.shape[0]):
@@ -111,7 +113,7 @@ def find_points(
                 and (moves > shell or not (flat(normal, i, j) and flat(normal, i, k)))
             ):
                 count = add_point(
-                    start, predicted, i, j, k, 3, bodies, o, moves, shell, recover,
+                    start, predicted, i, j, k, 3, bodies, o, thin[o], moves, shell, recover,
                     inverse_mass, points, count, begin, end, weight,
                 )  # fmt: skip
     return count
@@ -165,7 +167,8 @@ def add_vertex(v, o, distance, shell, recover, corners, corner, body, depth, pla
 
 @kernel
 def add_point(
-    start, predicted, i, j, k, corners, bodies, o, moves, shell, recover, inverse_mass, points, p, begin, end, weight
+    start, predicted, i, j, k, corners, bodies, o, thin, moves, shell, recover,
+    inverse_mass, points, p, begin, end, weight
 ):  # fmt: skip
     """Look at the nearest point of a vertex, an edge or a triangle, and list it as number ``p`` if it may touch.
 
@@ -203,10 +206,23 @@ def add_point(
             offset += w * (nx * begin[n, 0] + ny * begin[n, 1] + nz * begin[n, 2])
         points.depth[p] = max(0.0, shell - distance - recover)
         points.plane[p] = 0.0
-        if stopped:
+        if stopped and (thin or passes(kind, size, end, corners, weight, nx, ny, nz)):
             points.plane[p, 0], points.plane[p, 1], points.plane[p, 2], points.plane[p, 3] = nx, ny, nz, offset
         points.left[p, 0] = np.nan
     return p + 1
+
+
+@kernel
+def passes(kind, size, end, corners, weight, nx, ny, nz):
+    """Whether a point that came from the side of a normal would be put out on another one at the ``end`` of its way.
+
+    Else the surface itself is what it may not cross: the plane that it first touches would catch what slides off.
+    """
+    x = y = z = 0.0
+    for n in range(corners):
+        x, y, z = x + weight[n] * end[n, 0], y + weight[n] * end[n, 1], z + weight[n] * end[n, 2]
+    _, ex, ey, ez = signed_distance(kind, size, x, y, z)
+    return nx * ex + ny * ey + nz * ez < SAME_SIDE
 
 
 @kernel

@@ -64,7 +64,12 @@ class Contacts(HeldMasses):
         self._longest_edge = float(lengths.max(initial=0.0)) * material.stretch_limit
         self._edge, self._triangle = edges.astype(np.uint32), mesh.triangles.astype(np.uint32)
         square = self._longest_edge**2
-        self._sharp = np.array([square > 8.0 * s.roundness * ROUND * config.contact_shell for s in solid], np.bool_)
+        # The paper's masses are points (4.2.3), and in its long steps what is between them would only tear the cloth.
+        between = config.integrator != "meyer2000"
+        self._sharp = np.array(
+            [between and square > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
+        )
+        self._thin = np.array([0.0 < shape.roundness < config.contact_shell for shape in solid], np.bool_)
         vertices = mesh.vertex_count
         self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
         self._points, self._count = _room(2 * vertices if count else 0), 0
@@ -133,7 +138,7 @@ class Contacts(HeldMasses):
         while True:
             self._count = approach.find_points(
                 start, predicted, self._edge, self._triangle, self._longest_edge, self._free, self._inverse_mass,
-                self._bodies, self._sharp, self._config.contact_shell, self._config.max_push_speed * h,
+                self._bodies, self._sharp, self._thin, self._config.contact_shell, self._config.max_push_speed * h,
                 self._points, self._way, self._distance, self._surface,
             )  # fmt: skip
             if self._count <= len(self._points.body):
