@@ -1,0 +1,134 @@
+"""Voxels that are halved, again and again, where interpolation would err too much."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from cloth_core.fields.grid import Grid
+from cloth_core.fields.solid import Solid
+from cloth_core.kernels import voxels as kernels
+
+NODES = np.array([(a, b, c) for c, b, a in product(range(3), repeat=3)])
+"""(27, 3) places of the nodes of a refined cell, in halves of it."""
+
+CORNERS = np.array([(a, b, c) for c, b, a in product((0, 2), repeat=3)])
+PARTS = CORNERS // 2
+IS_CORNER = np.all(NODES % 2 == 0, axis=1)
+
+WEIGHTS = np.prod(1.0 - 0.5 * np.abs(NODES[:, None] - CORNERS), axis=2)
+"""(27, 8): what each corner of a cell gives to the interpolation at each node."""
+
+CHUNK = 256
+"""Groups of cells sampled between two reports of progress."""
+
+
+class Refined(NamedTuple):
+    """All refined cells, level after level, those of a level in the order of their parents."""
+
+    chosen: np.ndarray
+    """(N,) int64 bits of the refined voxels of each brick."""
+    fine: np.ndarray
+    """(C, 27) int16."""
+    split: np.ndarray
+    """(C, 2) int32."""
+
+
+def refined(
+    solid: Solid,
+    grid: Grid,
+    place: np.ndarray,
+    distance: np.ndarray,
+    shell: np.ndarray,
+    tolerance: float,
+    depth: int,
+    report: Callable[[float], None],
+) -> Refined:
+    """Halve the voxels of the ``shell`` (N,) whose interpolation errs by more than ``tolerance`` m, ``depth`` times.
+
+    ``place`` (N, 3) are the blocks, ``distance`` (N, 5, 5, 5) m those at their nodes. The interpolation stays continuous:
+    a new node on a side or edge where a cell begins that is not refined gets what that cell interpolates there.
+    """
+    chosen, exact = _halved(solid, grid, 4 * place, 4, distance, shell, grid.voxel, tolerance, report)
+    parent, bit = set_bits(chosen, 64)
+    cells = 4 * place[parent] + np.stack([bit % 4, bit // 4 % 4, bit // 16], axis=1)
+    local = np.stack([bit % 4, bit // 4 % 4, bit // 16], axis=1)[:, None] + CORNERS // 2
+    known = rounded(distance[parent[:, None], local[..., 2], local[..., 1], local[..., 0]], grid.node_step)
+    fine, split, size, total = [], [], grid.voxel, 0
+    for level in range(depth):
+        stored = _stored(cells, exact, known, grid.node_step)
+        total += len(cells)
+        size *= 0.5
+        parts = np.zeros(len(cells), np.int64)
+        if level + 1 < depth and len(cells):
+            all_parts = np.full(len(cells), 255)
+            parts, deeper = _halved(solid, grid, 2 * cells, 2, exact, all_parts, size, tolerance, lambda share: None)
+        fine.append(stored)
+        parent, bit = set_bits(parts, 8)
+        first = total + np.searchsorted(parent, np.arange(len(cells)))
+        split.append(np.stack([parts, first], axis=1).astype(np.int32))
+        if len(parent) == 0:
+            break
+        cells, exact = 2 * cells[parent] + PARTS[bit], deeper
+        known = stored[parent[:, None], (PARTS[bit][:, None] + CORNERS // 2) @ (1, 3, 9)]
+    return Refined(chosen, np.concatenate(fine), np.concatenate(split))
+
+
+def _halved(
+    solid: Solid,
+    grid: Grid,
+    place: np.ndarray,
+    cells: int,
+    distance: np.ndarray,
+    wanted: np.ndarray,
+    size: float,
+    tolerance: float,
+    report: Callable[[float], None],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bits (N,) of the cells of edge ``size`` m to refine, and the distances (M, 3, 3, 3) m at their nodes."""
+    chosen, found = np.zeros(len(wanted), np.int64), [np.zeros((0, 3, 3, 3))]
+    low = grid.origin + size * place
+    room = np.empty((CHUNK * cells**3, 3, 3, 3))
+    for begin in range(0, len(wanted), CHUNK):
+        part = slice(begin, begin + CHUNK)
+        count = kernels.refine(
+            solid.surfaces, solid.shapes, low[part], 0.5 * size, cells, distance[part], wanted[part], tolerance,
+            chosen[part], room,
+        )  # fmt: skip
+        found.append(room[:count].copy())
+        report(min(1.0, (begin + CHUNK) / len(wanted)))
+    return chosen, np.concatenate(found)
+
+
+def _stored(cells: np.ndarray, exact: np.ndarray, corner: np.ndarray, step: float) -> np.ndarray:
+    """(C, 27) int16 at the nodes of refined cells of one size: exact where all cells around are refined as well."""
+    interpolated = np.rint(corner @ WEIGHTS.T).astype(np.int16)
+    free = np.ones((len(cells), 27), bool)
+    key = _keys(cells)
+    order = np.sort(key)
+    for way in product((-1, 0, 1), repeat=3):
+        # On the sides or edges toward that neighbour, if any.
+        beside = np.all((np.array(way) == 0) | (NODES - 1 == way), axis=1)
+        found = np.searchsorted(order, wanted := _keys(cells + way))
+        there = order[np.minimum(found, len(order) - 1)] == wanted
+        free[:, beside] &= there[:, None]
+    free[:, IS_CORNER] = False
+    return np.where(free, rounded(exact.reshape(-1, 27), step), interpolated)
+
+
+def _keys(cells: np.ndarray) -> np.ndarray:
+    """One number for each cell; at most 2^20 of them along an axis."""
+    return ((cells[:, 2] + 1) << 42) + ((cells[:, 1] + 1) << 21) + cells[:, 0] + 1
+
+
+def set_bits(words: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Word and bit of all bits set, in order."""
+    return np.nonzero((words[:, None] >> np.arange(width)) & 1)
+
+
+def rounded(distance: np.ndarray, step: float) -> np.ndarray:
+    """Distances in m as int16 units of ``step`` m."""
+    return np.rint(distance / step).astype(np.int16)
