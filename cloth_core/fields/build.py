@@ -12,14 +12,15 @@ from cloth_core.fields.field import Field, Pool
 from cloth_core.fields.grid import Grid, fitted
 from cloth_core.fields.refine import Refined, refined, rounded
 from cloth_core.fields.solid import Solid
+from cloth_core.kernels import crossing
 from cloth_core.kernels import fields as columns
 from cloth_core.kernels import voxels as kernels
 
 Progress = Callable[[float], None]
 """Is told from time to time which share (0 .. 1) of the work is done; what it raises ends the work."""
 
-TOLERANCE = 0.25
-"""Voxels: a voxel whose interpolation errs by more is halved."""
+TOLERANCE = 0.11
+"""Voxels: a voxel whose interpolation errs by more is halved; its parts, if they err by twice that."""
 
 DEPTH = 3
 """How often: so that plates and needles down to a quarter of a voxel keep an inside."""
@@ -67,8 +68,11 @@ def build(
     if query == "tangent_plane":
         pool = _planes(solid, grid, near, shell, inside)
     else:
+        # Where the surface passes, and no farther: a voxel with a part of it has a corner within half its diagonal.
+        passed = np.empty_like(shell)
+        kernels.mark_cells(distance, np.sqrt(0.75) * voxel, passed, np.empty_like(shell))
         place, most = grid.place(near), tolerance * voxel
-        cells = refined(solid, grid, place, distance, shell, most, DEPTH, lambda share: report(0.4 + 0.5 * share))
+        cells = refined(solid, grid, place, distance, passed, most, DEPTH, lambda share: report(0.4 + 0.5 * share))
         pool = _trilinear(grid, near, distance, shell, inside, cells)
     pool = pool._replace(real=_measures(solid, grid), coarse=rounded(corners, grid.coarse_step))
     report(1.0)
@@ -87,9 +91,7 @@ def _corners(solid: Solid, grid: Grid, report: Progress) -> np.ndarray:
     distance = np.empty(int(np.prod(grid.shape + 1)))
     spacing = 4.0 * grid.voxel
     for begin, end in chunks(len(distance), 32 * CHUNK, report):
-        kernels.sample_corners(
-            solid.surfaces, solid.shapes, grid.origin, spacing, grid.shape + 1, begin, end, distance
-        )
+        kernels.sample_corners(solid.surfaces, solid.shapes, grid.origin, spacing, grid.shape + 1, begin, end, distance)
     return distance
 
 
@@ -145,7 +147,7 @@ def _planes(solid: Solid, grid: Grid, near: np.ndarray, shell: np.ndarray, insid
     plane = np.empty((int(_bits(shell).sum()), 4))
     kernels.sample_planes(solid.surfaces, solid.shapes, grid.origin, grid.voxel, place, shell[kept], plane)
     surface = np.zeros(len(kept), np.int64)
-    kernels.mark_surface(solid.surfaces, solid.shapes, grid.origin, grid.voxel, place, shell[kept], surface)
+    crossing.mark_surface(solid.surfaces, solid.shapes, grid.origin, grid.voxel, place, shell[kept], surface)
     brick = np.zeros((len(kept), 4), np.int64)
     brick[:, columns.NEAR], brick[:, columns.REFINED] = shell[kept], (inside[kept] & ~shell[kept]) | surface
     brick[:, columns.FIRST] = _before(shell[kept]) << 32
@@ -170,6 +172,7 @@ def _measures(solid: Solid, grid: Grid) -> np.ndarray:
         real[0, at : at + 3] = vector
     real[0, columns.VOXEL], real[0, columns.BAND] = grid.voxel, grid.band
     real[0, columns.NODE_STEP], real[0, columns.COARSE_STEP] = grid.node_step, grid.coarse_step
+    real[0, columns.PER_METRE], real[0, columns.FINE_STEP] = 1.0 / grid.voxel, grid.fine_step
     real[0, columns.REACH] = np.linalg.norm(np.maximum(np.abs(solid.low), np.abs(solid.high)))
     return real
 
@@ -183,4 +186,3 @@ def _before(words: np.ndarray) -> np.ndarray:
     """(N,) bits that are set in all words before each."""
     count = _bits(words).sum(axis=1)
     return np.cumsum(count) - count
-

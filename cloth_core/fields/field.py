@@ -13,10 +13,12 @@ from cloth_core.kernels import fields as kernels
 class Pool(NamedTuple):
     """Distance fields as the kernels know them, one or several of a scene; see :mod:`cloth_core.kernels.fields`.
 
-    Each field is a tree of limited depth with three kinds of branches. The grid is cut into blocks of 4 x 4 x 4 voxels,
-    whose corners carry distances. Blocks that the shell around the surface passes through have a brick, which says by
-    bits which of its voxels are in the shell and which of its nodes are stored: nothing is stored twice, and nothing far
-    from the surface. Voxels in which trilinear interpolation would err too much are halved, again and again.
+    ``cloth_core.kernels.fields.field_distance(*pool, f, x, y, z)`` asks field ``f``.
+
+    Each field is a tree of limited depth (paper, 4.2.3). The grid is cut into blocks of 4 x 4 x 4 voxels, whose corners
+    carry distances. Blocks that the shell around the surface passes through have a brick, which says by bits which of
+    its voxels are in the shell and which of its nodes are stored: no node is stored twice, and none far from the
+    surface. Voxels in which trilinear interpolation would err too much are halved, again and again.
     """
 
     real: np.ndarray
@@ -32,31 +34,11 @@ class Pool(NamedTuple):
     node: np.ndarray
     """int16: distances at the nodes of voxels in the shell."""
     fine: np.ndarray
-    """(C, 27) int16: distances at the 3 x 3 x 3 nodes of each refined cell."""
+    """(C, 27) int8: what distances at the 3 x 3 x 3 nodes of each refined cell exceed the interpolation by."""
     split: np.ndarray
-    """(C, 2) int32: which of its 8 parts are refined further, and the first of these."""
+    """(C,) int32: which of its 8 parts are refined further in 8 bits, and above them the first of these."""
     plane: np.ndarray
     """(P, 4) float32: unit normal, and distance in m of the voxel's centre above the tangent plane."""
-
-    @classmethod
-    def of(cls, fields: Sequence[Pool]) -> Pool:
-        """Several pools as one; the fields keep their order."""
-        fields = list(fields) or [cls.empty()]
-        moved = []
-        at = {"coarse": 0, "occupied": 0, "brick": 0, "node": 0, "fine": 0, "plane": 0}
-        for one in fields:
-            whole, occupied, brick, split = (a.copy() for a in (one.whole, one.occupied, one.brick, one.split))
-            whole[:, kernels.COARSE_FIRST] += at["coarse"]
-            whole[:, kernels.OCCUPIED_FIRST] += at["occupied"]
-            occupied[:, 1] += at["brick"]
-            # A pool of planes has no nodes, one of nodes no planes.
-            first = at["plane"] if len(one.plane) else at["node"]
-            brick[:, kernels.FIRST] += (first << 32) + at["fine"]
-            split[:, 1] += at["fine"]
-            moved.append(one._replace(whole=whole, occupied=occupied, brick=brick, split=split))
-            for name in at:
-                at[name] += len(getattr(one, name))
-        return cls(*(np.concatenate(arrays) for arrays in zip(*moved, strict=True)))
 
     @classmethod
     def empty(cls) -> Pool:
@@ -65,7 +47,7 @@ class Pool(NamedTuple):
         return cls(
             np.zeros((0, kernels.REALS)), whole((0, kernels.WHOLES), np.int64), short,
             whole((0, 2), np.int64), whole((0, 4), np.int64), short,
-            np.zeros((0, 27), np.int16), whole((0, 2), np.int32), np.zeros((0, 4), np.float32),
+            np.zeros((0, 27), np.int8), whole(0, np.int32), np.zeros((0, 4), np.float32),
         )  # fmt: skip
 
     @property
@@ -101,23 +83,40 @@ class Field(NamedTuple):
         return float(self.pool.real[0, kernels.REACH])
 
     @property
-    def dense_bytes(self) -> int:
-        """Bytes of the same box, shell included, full of the same numbers: a node, or a plane, for every voxel."""
+    def dense_voxels(self) -> int:
+        """Voxels of a grid without gaps over the same box, shell included."""
         low, high = (self.pool.real[0, at : at + 3] for at in (kernels.LOW, kernels.HIGH))
-        voxels = np.ceil((high - low + 2.0 * self.band) / self.voxel)
-        each = self.pool.plane if self.query == "tangent_plane" else self.pool.node
-        return int(np.prod(voxels)) * each[:1].nbytes
+        return int(np.prod(np.ceil((high - low + 2.0 * self.band) / self.voxel)))
 
     def distance(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Signed distance (N,) m, negative inside, and unit normal (N, 3), at points (N, 3) m of the object's frame."""
         points = np.ascontiguousarray(points, float).reshape(-1, 3)
         distance, normal = np.empty(len(points)), np.empty_like(points)
-        kernels.field_distances(self.pool, 0, points, distance, normal)
+        kernels.field_distances(*self.pool, 0, points, distance, normal)
         return distance, normal
 
     def kinds(self, points: np.ndarray) -> np.ndarray:
         """(N,) what the voxels around points are, of a field of tangent planes: outside 0, inside 1, surface 2."""
         points = np.ascontiguousarray(points, float).reshape(-1, 3)
         kind = np.empty(len(points), np.int64)
-        kernels.voxel_kinds(self.pool, 0, points, kind)
+        kernels.voxel_kinds(*self.pool, 0, points, kind)
         return kind
+
+
+def pooled(fields: Sequence[Field]) -> Pool:
+    """One pool of several fields, numbered in their order; that of one field, but for places counted through."""
+    moved, at = [], dict.fromkeys(("coarse", "occupied", "brick", "node", "fine", "plane"), 0)
+    for field in fields:
+        pool = field.pool
+        whole, occupied, brick = pool.whole.copy(), pool.occupied.copy(), pool.brick.copy()
+        whole[:, kernels.COARSE_FIRST] += at["coarse"]
+        whole[:, kernels.OCCUPIED_FIRST] += at["occupied"]
+        occupied[:, 1] += at["brick"]
+        first = at["plane" if field.query == "tangent_plane" else "node"]
+        brick[:, kernels.FIRST] += (first << 32) + at["fine"]
+        moved.append(
+            pool._replace(whole=whole, occupied=occupied, brick=brick, split=pool.split + np.int32(at["fine"] << 8))
+        )
+        for name in at:
+            at[name] += len(getattr(pool, name))
+    return Pool(*(np.concatenate(arrays) for arrays in zip(Pool.empty(), *moved, strict=True)))

@@ -46,6 +46,14 @@ class Grid:
         """One unit of the 16-bit distances in the shell: its nodes are no farther than a diagonal beyond the reach."""
         return (self.reach + 2.0 * self.voxel) / 32767.0
 
+    @property
+    def fine_step(self) -> float:
+        """One unit, in those of nodes, of the 8 bits by which nodes within a refined voxel exceed the interpolation.
+
+        That is no more than they are apart, half a diagonal, from what it is the mean of.
+        """
+        return math.sqrt(0.75) * self.voxel / 127.0 / self.node_step
+
     def check_bricks(self, count: int) -> None:
         """Refuse a shell of too many bricks."""
         if count > BRICKS_MOST:

@@ -32,9 +32,9 @@ class Refined(NamedTuple):
     chosen: np.ndarray
     """(N,) int64 bits of the refined voxels of each brick."""
     fine: np.ndarray
-    """(C, 27) int16."""
+    """(C, 27) int8."""
     split: np.ndarray
-    """(C, 2) int32."""
+    """(C,) int32."""
 
 
 def refined(
@@ -49,32 +49,28 @@ def refined(
 ) -> Refined:
     """Halve the voxels of the ``shell`` (N,) whose interpolation errs by more than ``tolerance`` m, ``depth`` times.
 
-    ``place`` (N, 3) are the blocks, ``distance`` (N, 5, 5, 5) m those at their nodes. The interpolation stays continuous:
-    a new node on a side or edge where a cell begins that is not refined gets what that cell interpolates there.
+    ``place`` (N, 3) are the blocks, ``distance`` (N, 5, 5, 5) m those at their nodes. The interpolation stays
+    continuous: a new node on a side or edge where a cell begins that is not refined gets what that cell interpolates.
     """
     chosen, exact = _halved(solid, grid, 4 * place, 4, distance, shell, grid.voxel, tolerance, report)
     parent, bit = set_bits(chosen, 64)
-    cells = 4 * place[parent] + np.stack([bit % 4, bit // 4 % 4, bit // 16], axis=1)
-    local = np.stack([bit % 4, bit // 4 % 4, bit // 16], axis=1)[:, None] + CORNERS // 2
-    known = rounded(distance[parent[:, None], local[..., 2], local[..., 1], local[..., 0]], grid.node_step)
+    within = np.stack([bit % 4, bit // 4 % 4, bit // 16], axis=1)
+    cells, (a, b, c) = 4 * place[parent] + within, (within[:, None] + PARTS).transpose(2, 0, 1)
+    corner = np.rint(distance[parent[:, None], c, b, a] / grid.node_step)
     fine, split, size, total = [], [], grid.voxel, 0
     for level in range(depth):
-        stored = _stored(cells, exact, known, grid.node_step)
-        total += len(cells)
-        size *= 0.5
-        parts = np.zeros(len(cells), np.int64)
-        if level + 1 < depth and len(cells):
-            all_parts = np.full(len(cells), 255)
-            parts, deeper = _halved(solid, grid, 2 * cells, 2, exact, all_parts, size, tolerance, lambda share: None)
-        fine.append(stored)
+        excess, value = _stored(cells, exact / grid.node_step, corner, grid.fine_step / 2**level)
+        parts, deeper = np.zeros(len(cells), np.int64), exact[:0]
+        size, total = 0.5 * size, total + len(cells)
+        if level + 1 < depth:
+            everything = np.full(len(cells), 255)
+            parts, deeper = _halved(solid, grid, 2 * cells, 2, exact, everything, size, 2.0 * tolerance, _untold)
         parent, bit = set_bits(parts, 8)
-        first = total + np.searchsorted(parent, np.arange(len(cells)))
-        split.append(np.stack([parts, first], axis=1).astype(np.int32))
-        if len(parent) == 0:
-            break
+        fine.append(excess)
+        split.append((total + np.searchsorted(parent, np.arange(len(cells))) << 8) + parts)
         cells, exact = 2 * cells[parent] + PARTS[bit], deeper
-        known = stored[parent[:, None], (PARTS[bit][:, None] + CORNERS // 2) @ (1, 3, 9)]
-    return Refined(chosen, np.concatenate(fine), np.concatenate(split))
+        corner = value[parent[:, None], (PARTS[bit][:, None] + PARTS) @ (1, 3, 9)]
+    return Refined(chosen, np.concatenate(fine), np.concatenate(split).astype(np.int32))
 
 
 def _halved(
@@ -103,25 +99,32 @@ def _halved(
     return chosen, np.concatenate(found)
 
 
-def _stored(cells: np.ndarray, exact: np.ndarray, corner: np.ndarray, step: float) -> np.ndarray:
-    """(C, 27) int16 at the nodes of refined cells of one size: exact where all cells around are refined as well."""
-    interpolated = np.rint(corner @ WEIGHTS.T).astype(np.int16)
-    free = np.ones((len(cells), 27), bool)
-    key = _keys(cells)
-    order = np.sort(key)
+def _stored(cells: np.ndarray, exact: np.ndarray, corner: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """What is stored for the nodes of refined cells of one size, (C, 27) int8, and (C, 27) the distances read of that.
+
+    Stored is what the ``exact`` distance exceeds the interpolation of the ``corner`` (C, 8) distances by, in ``step``:
+    0 where any cell around the node is not refined. Distances and ``step`` in units of nodes.
+    """
+    interpolated = corner @ WEIGHTS.T
+    free = np.tile(~IS_CORNER, (len(cells), 1))
+    order = np.sort(_keys(cells))
     for way in product((-1, 0, 1), repeat=3):
-        # On the sides or edges toward that neighbour, if any.
-        beside = np.all((np.array(way) == 0) | (NODES - 1 == way), axis=1)
-        found = np.searchsorted(order, wanted := _keys(cells + way))
-        there = order[np.minimum(found, len(order) - 1)] == wanted
-        free[:, beside] &= there[:, None]
-    free[:, IS_CORNER] = False
-    return np.where(free, rounded(exact.reshape(-1, 27), step), interpolated)
+        if len(cells) and np.abs(way).sum() in (1, 2):
+            beside = np.all((np.array(way) == 0) | (NODES - 1 == way), axis=1)
+            wanted = _keys(cells + way)
+            there = order[np.minimum(np.searchsorted(order, wanted), len(order) - 1)] == wanted
+            free[:, beside] &= there[:, None]
+    excess = np.where(free, np.rint((exact.reshape(-1, 27) - interpolated) / step), 0.0).clip(-127, 127)
+    return excess.astype(np.int8), interpolated + step * excess
 
 
 def _keys(cells: np.ndarray) -> np.ndarray:
     """One number for each cell; at most 2^20 of them along an axis."""
     return ((cells[:, 2] + 1) << 42) + ((cells[:, 1] + 1) << 21) + cells[:, 0] + 1
+
+
+def _untold(share: float) -> None:
+    pass
 
 
 def set_bits(words: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:

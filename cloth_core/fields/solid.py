@@ -9,15 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from cloth_core.errors import MeshError, MeshWarning
-from cloth_core.fields.closed import Closed
 from cloth_core.fields.normals import pseudonormals
+from cloth_core.fields.surface import Closed
 from cloth_core.kernels import solids as kernels
 from cloth_core.kernels import tree
 from cloth_core.meshing import checks
-from cloth_core.obstacles import Obstacle
+from cloth_core.obstacles import BOX, CAPSULE, ELLIPSOID, Obstacle
 from cloth_core.pose import Pose
-
-_PER_TRIANGLE, _PER_BRANCH = 3, 8  # of the surfaces' arrays, those before these places
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +99,8 @@ def _tree(position: np.ndarray, triangles: np.ndarray, source: str) -> tuple[np.
     inside = np.zeros(count, bool)
     kernels.buried((*arrays, root, by_winding), inside)
     if inside.any():
-        text = f"{source} passes through itself: triangles inside it do not count: {checks.listed(np.sort(order[inside]))}"
+        buried = checks.listed(np.sort(order[inside]))
+        text = f"{source} passes through itself: triangles inside it do not count: {buried}"
         warnings.warn(text, MeshWarning, stacklevel=4)
         hidden |= inside
         by_winding[0] = True
@@ -111,12 +110,11 @@ def _tree(position: np.ndarray, triangles: np.ndarray, source: str) -> tuple[np.
 def _half_extents(shape: Obstacle, rotation: np.ndarray) -> np.ndarray:
     """(3,) m: half the box around a shape, along the axes outside."""
     size = np.array(shape.size)
-    name = type(shape).__name__
-    if name == "Box":
+    if shape.kind == BOX:
         return np.abs(rotation) @ size
-    if name == "Ellipsoid":
+    if shape.kind == ELLIPSOID:
         return np.linalg.norm(rotation * size, axis=1)
-    along = size[1] if name == "Capsule" else 0.0
+    along = size[1] if shape.kind == CAPSULE else 0.0
     return size[0] + along * np.abs(rotation[:, 2])
 
 
@@ -136,9 +134,7 @@ def _concatenated(parts: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, 
     """The trees one after the other, places of triangles and branches counted through."""
     moved, triangles, branches = [], 0, 0
     for corner, normal, hidden, first, last, child, box, dipole, root, by_winding in parts:
-        child = np.where(child > 0, child + branches, 0)
-        moved.append(
-            (corner, normal, hidden, first + triangles, last + triangles, child, box, dipole, root + branches, by_winding)
-        )
-        triangles, branches = triangles + len(corner), branches + len(box)
+        places = first + triangles, last + triangles, np.where(child > 0, child + branches, 0)
+        moved.append((corner, normal, hidden, *places, box, dipole, root + branches, by_winding))
+        triangles, branches = triangles + len(corner), branches + len(child)
     return tuple(np.concatenate(arrays) for arrays in zip(*moved, strict=True))

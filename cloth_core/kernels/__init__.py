@@ -20,24 +20,31 @@ _Function = TypeVar("_Function")
 
 
 @functools.cache
+def sources_digest() -> str:
+    """Of all kernel sources and numba's version: what they compute is the same where this is."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
 def cache_folder() -> Path:
     """Where the compiled kernels of exactly these sources are kept.
 
     ``NUMBA_CACHE_DIR`` or ``XDG_CACHE_HOME`` move it; a folder that cannot be written falls back to
     the temporary folder.
     """
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.read_bytes())
+    digest = sources_digest()
     home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     base = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(home) / "cloth_core")
-    folder = base / digest.hexdigest()[:16]
+    folder = base / digest
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except OSError:
-        return Path(tempfile.gettempdir()) / f"cloth_core-{os.getuid()}" / digest.hexdigest()[:16]
+        return Path(tempfile.gettempdir()) / f"cloth_core-{os.getuid()}" / digest
 
 
 def kernel(function: _Function) -> _Function:
@@ -51,6 +58,14 @@ def lane_kernel(function: _Function) -> _Function:
     For dense inner loops that test for no NaN: what is not finite stays so.
     """
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"})
+
+
+def part_kernel(function: _Function) -> _Function:
+    """As :func:`kernel`, for parts of kernels that are always compiled into their callers.
+
+    An array is handed over as seven numbers: functions of many arrays and little work would spend their time on that.
+    """
+    return _compiled(function, fastmath=False, forceinline=True)
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:

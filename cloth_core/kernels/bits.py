@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba.core import types
 from numba.extending import intrinsic
 
-from cloth_core.kernels import kernel
+from cloth_core.kernels import part_kernel
 
 
 @intrinsic
@@ -18,7 +18,7 @@ def ones(typingctx, word):
     return types.int64(types.int64), codegen
 
 
-@kernel
+@part_kernel
 def ones_below(word, bit):
     """How many bits of an int64 are set below ``bit`` (0 .. 63)."""
     return ones(word & ((1 << bit) - 1))

@@ -79,7 +79,7 @@ def solid_distances(surfaces, shapes, points, distance, closest_point, normal):
 
 @kernel
 def buried(surfaces, inside):
-    """Mark in ``inside`` (T,) the triangles whose outer side lies inside their own surface, which then crosses itself."""
+    """Mark in ``inside`` (T,) the triangles whose outer side is inside their own surface: it passes through itself."""
     corner, normal, _, first, last, child, _, dipole, root, _ = surfaces
     for t in range(corner.shape[0]):
         # The closer, the less another sheet can be between; the solid angle of the triangle itself is exact.

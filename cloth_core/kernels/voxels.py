@@ -9,15 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from cloth_core.kernels import kernel
-from cloth_core.kernels.contact import distance_in_world
 from cloth_core.kernels.solids import solid_distance
-from cloth_core.kernels.tree import DEEPEST
-from cloth_core.kernels.triangles import meets_cube
 
 
 @kernel
 def sample_corners(surfaces, shapes, origin, spacing, shape, begin, end, distance):
-    """Distances in m at the grid points ``begin`` .. ``end`` of a lattice of ``shape`` (3,) points into ``distance``."""
+    """Distances in m at the points ``begin`` .. ``end`` of a lattice of ``shape`` (3,) points, into ``distance``."""
     for n in range(begin, end):
         x = origin[0] + spacing * (n % shape[0])
         y = origin[1] + spacing * (n // shape[0] % shape[1])
@@ -27,7 +24,7 @@ def sample_corners(surfaces, shapes, origin, spacing, shape, begin, end, distanc
 
 @kernel
 def sample_nodes(surfaces, shapes, origin, size, block, brick_of, shape, begin, end, distance):
-    """Distances in m at the 5 x 5 x 5 nodes of the bricks ``end - 1`` down to ``begin``, into ``distance`` (N, 5, 5, 5).
+    """Distances in m at the nodes of the bricks ``end - 1`` down to ``begin``, into ``distance`` (N, 5, 5, 5).
 
     ``block`` (N, 3) is where they are, in rising order, ``brick_of`` the brick of every block or -1. What the next
     bricks along x, y and z, sampled before, have in common with one is copied.
@@ -52,7 +49,7 @@ def sample_nodes(surfaces, shapes, origin, size, block, brick_of, shape, begin, 
 
 @kernel
 def mark_cells(distance, limit, near, inside):
-    """Bits of the 4 x 4 x 4 cells of each brick: those with a corner within ``limit`` m, and of the others those inside.
+    """Bits of the cells of each brick: those with a corner within ``limit`` m, and of the others those inside.
 
     ``distance`` (N, 5, 5, 5) m; the words ``near`` and ``inside`` (N,) int64.
     """
@@ -103,13 +100,15 @@ def _middle(grid, c, b, a):
 def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, chosen, finer):
     """Find the cells whose trilinear interpolation errs by more than ``tolerance`` m, and sample them twice as fine.
 
-    For each group n of ``cells``^3 cells with the low corner ``place`` (N, 3) m, ``coarse`` (N, cells + 1, ...) m are the
-    distances at its nodes and ``wanted`` (N,) the bits of the cells to look at. The error of a cell is the largest at
-    the 19 points in the middle of it, its sides and its edges. The bits of the cells that err go to ``chosen`` (N,), the
+    For each group n of ``cells``^3 cells with the low corner ``place`` (N, 3) m, ``coarse`` (N, cells + 1, ...) m are
+    the distances at its nodes and ``wanted`` (N,) the bits of the cells to look at. The error of a cell is the largest
+    at the 19 points in the middle of it, its sides and its edges, and beyond all bounds if the surface cuts off one of
+    them from all its corners: no plate or gap must get lost. The bits of the cells that err go to ``chosen`` (N,), the
     distances at their 3 x 3 x 3 nodes ``spacing`` m apart to ``finer`` (M, 3, 3, 3), which must have room.
 
     Returns how many there are.
     """
+    margin = 1e-3 * spacing
     wide = 2 * cells + 1
     grid = np.empty((wide, wide, wide))
     count = 0
@@ -123,7 +122,8 @@ def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, c
             if not (wanted[n] >> cell) & 1:
                 continue
             a0, b0, c0 = 2 * (cell % cells), 2 * (cell // cells % cells), 2 * (cell // cells**2)
-            worst = 0.0
+            corners = grid[c0 : c0 + 3 : 2, b0 : b0 + 3 : 2, a0 : a0 + 3 : 2]
+            least, most, worst = corners.min(), corners.max(), 0.0
             for c in range(c0, c0 + 3):
                 for b in range(b0, b0 + 3):
                     for a in range(a0, a0 + 3):
@@ -132,7 +132,12 @@ def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, c
                         if np.isnan(grid[c, b, a]):
                             x, y, z = place[n, 0] + spacing * a, place[n, 1] + spacing * b, place[n, 2] + spacing * c
                             grid[c, b, a] = solid_distance(surfaces, shapes, x, y, z)[0]
-                        worst = max(worst, abs(grid[c, b, a] - _middle(grid, c, b, a)))
+                        interpolated = _middle(grid, c, b, a)
+                        error = abs(grid[c, b, a] - interpolated)
+                        inner = grid[c, b, a] < -margin and least > -margin
+                        if inner or (grid[c, b, a] > margin and most < margin):
+                            error = np.inf
+                        worst = max(worst, error)
             if worst > tolerance:
                 chosen[n] |= 1 << cell
                 finer[count] = grid[c0 : c0 + 3, b0 : b0 + 3, a0 : a0 + 3]
@@ -159,58 +164,3 @@ def sample_planes(surfaces, shapes, origin, size, block, near, plane):
             plane[count, 0], plane[count, 1], plane[count, 2] = nx, ny, nz
             plane[count, 3] = nx * (x - cx) + ny * (y - cy) + nz * (z - cz)
             count += 1
-
-
-@kernel
-def mark_surface(surfaces, shapes, origin, size, block, near, surface):
-    """Bits of ``surface`` (N,) of the voxels ``near`` in the blocks ``block`` (N, 3) that the surface passes through.
-
-    For the triangles of surfaces that is exact; of analytic shapes, whose surface has no corners to be missed, voxels
-    count whose own corners are not all on one side.
-    """
-    for n in range(block.shape[0]):
-        surface[n] = 0
-        for cell in range(64):
-            if (near[n] >> cell) & 1:
-                x = origin[0] + size * (4 * block[n, 0] + cell % 4 + 0.5)
-                y = origin[1] + size * (4 * block[n, 1] + cell // 4 % 4 + 0.5)
-                z = origin[2] + size * (4 * block[n, 2] + cell // 16 + 0.5)
-                if _triangles_in(surfaces, x, y, z, 0.5 * size) or _shapes_in(shapes, x, y, z, 0.5 * size):
-                    surface[n] |= 1 << cell
-
-
-@kernel
-def _triangles_in(surfaces, x, y, z, half):
-    """Whether any triangle that counts touches the cube around a point."""
-    corner, _, hidden, first, last, child, box, _, root, _ = surfaces
-    aside = np.empty(DEEPEST, np.int64)
-    for s in range(root.shape[0]):
-        aside[0], waiting = root[s], 1
-        while waiting:
-            waiting -= 1
-            b = aside[waiting]
-            if x + half < box[b, 0] or y + half < box[b, 1] or z + half < box[b, 2]:
-                continue
-            if x - half > box[b, 3] or y - half > box[b, 4] or z - half > box[b, 5]:
-                continue
-            if child[b]:
-                aside[waiting], aside[waiting + 1] = child[b], child[b] + 1
-                waiting += 2
-                continue
-            for t in range(first[b], last[b]):
-                if not hidden[t] and meets_cube(corner[t], x, y, z, half):
-                    return True
-    return False
-
-
-@kernel
-def _shapes_in(shapes, x, y, z, half):
-    """Whether the corners of the cube around a point, and the point, are on both sides of any analytic shape."""
-    kind, size, rotation, origin = shapes
-    for k in range(kind.shape[0]):
-        side = distance_in_world(kind[k], size[k], rotation[k], origin[k], x, y, z)[0] < 0.0
-        for corner in range(8):
-            a, b, c = x + half * (2 * (corner % 2) - 1), y + half * (2 * (corner // 2 % 2) - 1), z + half * (corner // 4 * 2 - 1)
-            if (distance_in_world(kind[k], size[k], rotation[k], origin[k], a, b, c)[0] < 0.0) != side:
-                return True
-    return False

@@ -37,7 +37,7 @@ def mended(position: np.ndarray, triangles: np.ndarray) -> Mended:
     _say(done, "vertices that belong to no triangle", faults.unused(len(position), triangles), "dropped")
     used = np.unique(triangles)
     checks.check_positions(position, used)
-    triangles = joined(position, used)[triangles]
+    triangles = _joined(position, used)[triangles]
     checks.check_shapes(position, triangles)
 
     kept = np.setdiff1d(np.arange(len(triangles)), repeated := faults.repeated(triangles))
@@ -56,7 +56,7 @@ def _say(done: list[str], what: str, elements: np.ndarray, remedy: str) -> None:
         done.append(f"{what} were {remedy}: {checks.listed(elements)}")
 
 
-def joined(position: np.ndarray, used: np.ndarray) -> np.ndarray:
+def _joined(position: np.ndarray, used: np.ndarray) -> np.ndarray:
     """(V,) the first of the ``used`` vertices at the same place, for each of them."""
     place = position[used]
     extent = np.ptp(place, axis=0).max()

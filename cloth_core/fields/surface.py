@@ -8,9 +8,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from cloth_core.errors import MeshError, MeshWarning
-from cloth_core.meshing import checks, faults, files, repair
+from cloth_core.meshing import checks, faults, files
+from cloth_core.meshing.repair import SAME_PLACE
 
 TRIANGLES_MOST = 5_000_000
 """Triangles of one surface; more would take minutes and gigabytes to build a field of."""
@@ -120,9 +124,22 @@ def _joined(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np
     checks.check_indices("triangles", triangles, len(position))
     used = np.unique(triangles)
     checks.check_positions(position, used)
-    triangles = repair.joined(position, used)[triangles]
+    triangles = _first_at_place(position, used)[triangles]
     # What shrank to a line in joining has no area and closes nothing.
     return position, triangles[np.setdiff1d(np.arange(len(triangles)), faults.collapsed(triangles))]
+
+
+def _first_at_place(position: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """(V,) the first of the ``used`` vertices at the same place, for each of them."""
+    place = position[used]
+    pairs = cKDTree(place).query_pairs(SAME_PLACE * np.ptp(place, axis=0).max(), output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
+    group = connected_components(graph, directed=False)[1]
+    first = np.full(group.max() + 1, len(position))
+    np.minimum.at(first, group, used)
+    joined = np.arange(len(position))
+    joined[used] = first[group]
+    return joined
 
 
 def _wound_alike(triangles: np.ndarray, done: list[str]) -> np.ndarray:
@@ -139,9 +156,7 @@ def _wound_alike(triangles: np.ndarray, done: list[str]) -> np.ndarray:
     return triangles
 
 
-def _filled(
-    position: np.ndarray, triangles: np.ndarray, holes: list[np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
+def _filled(position: np.ndarray, triangles: np.ndarray, holes: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Each hole with a fan of triangles around a new vertex in its middle."""
     middles, fans = [], []
     for number, loop in enumerate(holes):
