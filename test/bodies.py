@@ -102,3 +102,7 @@ def around(random: np.random.Generator, surface: Closed, count: int, spread: flo
     chosen = random.choice(len(corner), count, p=area / area.sum())
     foot = np.einsum("pn,pnk->pk", random.dirichlet(np.ones(3), count), corner[chosen])
     return foot + random.normal(0.0, spread, (count, 3))
+
+
+def as_trimesh(surface: Closed) -> trimesh.Trimesh:
+    return trimesh.Trimesh(surface.position, surface.triangles, process=False)

@@ -58,7 +58,7 @@ def build(
     """
     if query not in ("trilinear", "tangent_plane"):
         raise SettingError("query", f"{query!r} is not one of trilinear, tangent_plane")
-    report = progress or (lambda share: None)
+    report = _untold if progress is None else progress
     grid = fitted(solid, voxel, max(band or 0.0, voxel))
     corners = _corners(solid, grid, lambda share: report(0.1 * share))
     near = _near_blocks(corners, grid)
@@ -77,6 +77,10 @@ def build(
     pool = pool._replace(real=_measures(solid, grid), coarse=rounded(corners, grid.coarse_step))
     report(1.0)
     return Field(pool)
+
+
+def _untold(share: float) -> None:
+    pass
 
 
 def chunks(count: int, size: int, report: Progress) -> Iterator[tuple[int, int]]:

@@ -58,7 +58,7 @@ def kept(name: str, build: Callable[[], Field], folder: Path | None) -> Field:
 def _read(path: Path, name: str) -> Field | None:
     """The field of a file, or None if it does not hold the one of that name, whole."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             pool = Pool(*(file[key] for key in Pool._fields))
             intact = str(file["name"]) == name and str(file["sum"]) == _sum(pool)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError, zlib.error):
