@@ -90,7 +90,8 @@ def slow_inside(surface: Closed, point: np.ndarray, direction: np.ndarray) -> bo
         way = np.einsum("tk,tk->t", normal, a - point) / flux
         foot = point + way[:, None] * direction
         within = np.all(
-            [np.einsum("tk,tk->t", np.cross(q - p, foot - p), normal) > 0.0 for p, q in ((a, b), (b, c), (c, a))], axis=0
+            [np.einsum("tk,tk->t", np.cross(q - p, foot - p), normal) > 0.0 for p, q in ((a, b), (b, c), (c, a))],
+            axis=0,
         )
     return float(np.sign(flux[within & (way > 0.0)]).sum()) > 0.5
 

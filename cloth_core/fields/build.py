@@ -19,7 +19,7 @@ from cloth_core.kernels import voxels as kernels
 Progress = Callable[[float], None]
 """Is told from time to time which share (0 .. 1) of the work is done; what it raises ends the work."""
 
-TOLERANCE = 0.11
+TOLERANCE = 0.125
 """Voxels: a voxel whose interpolation errs by more is halved; its parts, if they err by twice that."""
 
 DEPTH = 3

@@ -63,9 +63,10 @@ def lane_kernel(function: _Function) -> _Function:
 def part_kernel(function: _Function) -> _Function:
     """As :func:`kernel`, for parts of kernels that are always compiled into their callers.
 
-    An array is handed over as seven numbers: functions of many arrays and little work would spend their time on that.
+    For functions of many arrays and little work: an array is handed over as seven numbers, and its references are
+    counted up and down, at the price of the work itself. Here nothing is counted: parts must not make arrays.
     """
-    return _compiled(function, fastmath=False, forceinline=True)
+    return _compiled(function, fastmath=False, forceinline=True, _nrt=False)
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:

@@ -10,7 +10,7 @@ import math
 
 from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.bits import ones_below
-from cloth_core.kernels.trilinear import half_of_edge, half_of_side, trilinear, with_unit_normal
+from cloth_core.kernels.trilinear import eighth, trilinear, with_unit_normal
 
 ORIGIN, LOW, HIGH = 0, 3, 6
 VOXEL, PER_METRE, NODE_STEP, COARSE_STEP, FINE_STEP, BAND, REACH = range(9, 16)
@@ -91,6 +91,13 @@ def _way_to_box(real, f, x, y, z):
 
 
 @part_kernel
+def beyond_box(real, f, x, y, z, near):
+    """Whether a point of the object's frame is more than ``near`` m from the box around the surface of field ``f``."""
+    wx, wy, wz = _way_to_box(real, f, x, y, z)
+    return wx * wx + wy * wy + wz * wz > near * near
+
+
+@part_kernel
 def _in_voxels(real, f, x, y, z):
     """A point in voxels from the low corner of the grid."""
     per_metre = real[f, PER_METRE]
@@ -113,55 +120,60 @@ def _brick_at(whole, occupied, f, i, j, k):
     block = (i >> 2) + whole[f, SHAPE] * ((j >> 2) + whole[f, SHAPE + 1] * (k >> 2))
     word = whole[f, OCCUPIED_FIRST] + (block >> 6)
     bits, bit = occupied[word, 0], block & 63
-    if not (bits >> bit) & 1:
-        return -1
-    return occupied[word, 1] + ones_below(bits, bit)
+    b = occupied[word, 1] + ones_below(bits, bit)
+    return b if (bits >> bit) & 1 else -1
 
 
 @part_kernel
 def _voxel_distance(real, whole, occupied, brick, node, fine, split, f, b, bit, i, j, k, u, v, w):
     """Trilinear in voxel (i, j, k) of brick ``b``, at (u, v, w) in 0 .. 1, or in the part of it that is refined."""
-    d000, d100 = _node_pair(whole, occupied, brick, node, f, b, i, j, k, 0, 0)
-    d010, d110 = _node_pair(whole, occupied, brick, node, f, b, i, j, k, 1, 0)
-    d001, d101 = _node_pair(whole, occupied, brick, node, f, b, i, j, k, 0, 1)
-    d011, d111 = _node_pair(whole, occupied, brick, node, f, b, i, j, k, 1, 1)
+    d000 = _node(whole, occupied, brick, node, f, i, j, k)
+    d100 = _node(whole, occupied, brick, node, f, i + 1, j, k)
+    d010 = _node(whole, occupied, brick, node, f, i, j + 1, k)
+    d110 = _node(whole, occupied, brick, node, f, i + 1, j + 1, k)
+    d001 = _node(whole, occupied, brick, node, f, i, j, k + 1)
+    d101 = _node(whole, occupied, brick, node, f, i + 1, j, k + 1)
+    d011 = _node(whole, occupied, brick, node, f, i, j + 1, k + 1)
+    d111 = _node(whole, occupied, brick, node, f, i + 1, j + 1, k + 1)
+    cell = d000, d100, d010, d110, d001, d101, d011, d111, u, v, w
     if (brick[b, REFINED] >> bit) & 1:
-        step = real[f, FINE_STEP]
         s = (brick[b, FIRST] & 0xFFFFFFFF) + ones_below(brick[b, REFINED] & brick[b, NEAR], bit)
-        further = True
-        while further:
-            u, v, w = 2.0 * u, 2.0 * v, 2.0 * w
-            i, j, k = min(int(u), 1), min(int(v), 1), min(int(w), 1)
-            u, v, w, part, n = u - i, v - j, w - k, i + 2 * j + 4 * k, i + 3 * j + 9 * k
-            d000, d100, d010, d110 = half_of_side(i, j, d000, d100, d010, d110)
-            d001, d101, d011, d111 = half_of_side(i, j, d001, d101, d011, d111)
-            d000, d001 = half_of_edge(k, d000, d001)
-            d100, d101 = half_of_edge(k, d100, d101)
-            d010, d011 = half_of_edge(k, d010, d011)
-            d110, d111 = half_of_edge(k, d110, d111)
-            d000, d100 = d000 + step * fine[s, n], d100 + step * fine[s, n + 1]
-            d010, d110 = d010 + step * fine[s, n + 3], d110 + step * fine[s, n + 4]
-            d001, d101 = d001 + step * fine[s, n + 9], d101 + step * fine[s, n + 10]
-            d011, d111 = d011 + step * fine[s, n + 12], d111 + step * fine[s, n + 13]
-            further = (split[s] >> part) & 1
-            s, step = (split[s] >> 8) + ones_below(split[s] & 255, part), 0.5 * step
-    value, gx, gy, gz = trilinear(d000, d100, d010, d110, d001, d101, d011, d111, u, v, w)
+        step = real[f, FINE_STEP]
+        cell, s = _part(fine, split, s, step, cell)
+        if s >= 0:
+            cell, s = _part(fine, split, s, 0.5 * step, cell)
+            if s >= 0:
+                cell, s = _part(fine, split, s, 0.25 * step, cell)
+    value, gx, gy, gz = trilinear(cell)
     return with_unit_normal(real[f, NODE_STEP] * value, gx, gy, gz)
 
 
 @part_kernel
-def _node_pair(whole, occupied, brick, node, f, b, i, j, k, next_j, next_k):
-    """Two nodes of voxel (i, j, k) of brick ``b`` that are neighbours along x, on one of its four edges so."""
-    if (next_j and j & 3 == 3) or (next_k and k & 3 == 3):
-        b = _brick_at(whole, occupied, f, i, j + next_j, k + next_k)
-    row = 4 * ((j + next_j) & 3) + 16 * ((k + next_k) & 3)
-    bit = row + (i & 3)
-    n = _first(brick[b, FIRST]) + ones_below(brick[b, NODES], bit)
-    low = float(node[n])
-    if i & 3 < 3:
-        return low, float(node[n + 1])
-    b = _brick_at(whole, occupied, f, i + 1, j + next_j, k + next_k)
-    return low, float(node[_first(brick[b, FIRST]) + ones_below(brick[b, NODES], row)])
+def _part(fine, split, s, step, cell):
+    """Of refined cell ``s`` the part around a point, and which refined cell that is, or -1."""
+    part, n, (d000, d100, d010, d110, d001, d101, d011, d111, u, v, w) = eighth(cell)
+    further = (split[s] >> 8) + ones_below(split[s] & 255, part)
+    return (
+        d000 + step * fine[s, n],
+        d100 + step * fine[s, n + 1],
+        d010 + step * fine[s, n + 3],
+        d110 + step * fine[s, n + 4],
+        d001 + step * fine[s, n + 9],
+        d101 + step * fine[s, n + 10],
+        d011 + step * fine[s, n + 12],
+        d111 + step * fine[s, n + 13],
+        u,
+        v,
+        w,
+    ), further if (split[s] >> part) & 1 else -1
+
+
+@part_kernel
+def _node(whole, occupied, brick, node, f, i, j, k):
+    """Node (i, j, k); its brick is looked up even if it is that of the voxel: a guess gone wrong would cost more."""
+    b = _brick_at(whole, occupied, f, i, j, k)
+    bit = (i & 3) + 4 * (j & 3) + 16 * (k & 3)
+    return float(node[_first(brick[b, FIRST]) + ones_below(brick[b, NODES], bit)])
 
 
 @part_kernel
@@ -190,11 +202,12 @@ def _coarse_distance(real, whole, coarse, f, side, u, v, w):
     row = whole[f, SHAPE] + 1
     layer = row * (whole[f, SHAPE + 1] + 1)
     n = whole[f, COARSE_FIRST] + i + row * j + layer * k
-    value, gx, gy, gz = trilinear(
+    corners = (
         float(coarse[n]), float(coarse[n + 1]), float(coarse[n + row]), float(coarse[n + row + 1]),
         float(coarse[n + layer]), float(coarse[n + layer + 1]),
-        float(coarse[n + layer + row]), float(coarse[n + layer + row + 1]), u, v, w,
+        float(coarse[n + layer + row]), float(coarse[n + layer + row + 1]),
     )  # fmt: skip
+    value, gx, gy, gz = trilinear((*corners, u, v, w))
     distance = step * value
     if side < 0 or (side == 0 and distance < 0.0):
         return with_unit_normal(min(distance, -band), gx, gy, gz)

@@ -43,7 +43,13 @@ def test_the_second_time_nothing_is_built_and_every_bit_is_the_same(tmp_path):
 
 def test_everything_that_matters_has_a_file_of_its_own(tmp_path):
     surface = bodies.ball(0.3)
-    for parts in (surface, [(surface, Pose((0.1, 0, 0)))], BALL, Sphere(radius=0.3, center=(0.1, 0, 0)), [BALL, surface]):
+    for parts in (
+        surface,
+        [(surface, Pose((0.1, 0, 0)))],
+        BALL,
+        Sphere(radius=0.3, center=(0.1, 0, 0)),
+        [BALL, surface],
+    ):
         make(parts, VOXEL, folder=tmp_path)
     make(BALL, 0.06, folder=tmp_path)
     make(BALL, VOXEL, band=0.1, folder=tmp_path)
@@ -138,7 +144,9 @@ def test_a_compound_is_the_least_of_its_parts(tmp_path):
     ]
     field = make(parts, 0.02, folder=tmp_path)
     points = np.random.default_rng(0).uniform([-0.45, -0.35, -0.05], [0.45, 0.35, 0.9], (20000, 3))
-    solids = [Solid.of_surface(*p) if isinstance(p, tuple) and isinstance(p[1], Pose) else Solid.of_shape(p) for p in parts]
+    solids = [
+        Solid.of_surface(*p) if isinstance(p, tuple) and isinstance(p[1], Pose) else Solid.of_shape(p) for p in parts
+    ]
     exact = np.min([solid.measure(points)[0] for solid in solids], axis=0)
     within = np.abs(exact) < field.band
     assert field.distance(points)[0][within] == pytest.approx(exact[within], abs=0.3 * 0.02)

@@ -39,9 +39,7 @@ def test_boxes_and_plates_of_any_thickness_are_exact_on_both_sides(seed, thickne
     random = np.random.default_rng(seed)
     half, pose = np.array([*random.uniform(0.1, 0.5, 2), 0.5 * thickness]), bodies.any_pose(random)
     solid = Solid.of_surface(bodies.box(*half), pose)
-    points = np.concatenate(
-        [random.uniform(-0.6, 0.6, (100, 3)), random.uniform(-1.2, 1.2, (300, 3)) * half]
-    )
+    points = np.concatenate([random.uniform(-0.6, 0.6, (100, 3)), random.uniform(-1.2, 1.2, (300, 3)) * half])
     distance, _, normal = solid.measure(pose.apply(points))
     expected = bodies.box_distance(points, half)
     assert distance == pytest.approx(expected, abs=1e-9)
@@ -88,9 +86,7 @@ def test_two_boxes_that_touch_in_an_edge_are_told_apart():
     assert len(np.unique(surface.triangles)) == 14
     points = np.random.default_rng(0).uniform(-0.2, 0.4, (3000, 3))
     half = np.full(3, 0.1)
-    expected = np.minimum(
-        bodies.box_distance(points, half), bodies.box_distance(points - [0.2, 0.2, 0.0], half)
-    )
+    expected = np.minimum(bodies.box_distance(points, half), bodies.box_distance(points - [0.2, 0.2, 0.0], half))
     assert Solid.of_surface(surface).measure(points)[0] == pytest.approx(expected, abs=1e-12)
 
 
