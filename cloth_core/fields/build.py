@@ -20,7 +20,7 @@ Progress = Callable[[float], None]
 """Is told from time to time which share (0 .. 1) of the work is done; what it raises ends the work."""
 
 TOLERANCE = 0.125
-"""Voxels: a voxel whose interpolation errs by more is halved; its parts, if they err by twice that."""
+"""Voxels: a voxel whose interpolation errs by more is halved; its parts, if by twice that or if that makes inside of outside."""
 
 DEPTH = 3
 """How often: so that plates and needles down to a quarter of a voxel keep an inside."""

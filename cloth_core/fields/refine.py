@@ -52,19 +52,20 @@ def refined(
     ``place`` (N, 3) are the blocks, ``distance`` (N, 5, 5, 5) m those at their nodes. The interpolation stays
     continuous: a new node on a side or edge where a cell begins that is not refined gets what that cell interpolates.
     """
-    chosen, exact = _halved(solid, grid, 4 * place, 4, distance, shell, grid.voxel, tolerance, report)
+    chosen, exact = _halved(solid, grid, 4 * place, 4, distance, shell, grid.voxel, (tolerance, tolerance), report)
     parent, bit = set_bits(chosen, 64)
     within = np.stack([bit % 4, bit // 4 % 4, bit // 16], axis=1)
     cells, (a, b, c) = 4 * place[parent] + within, (within[:, None] + PARTS).transpose(2, 0, 1)
     corner = np.rint(distance[parent[:, None], c, b, a] / grid.node_step)
     fine, split, size, total = [], [], grid.voxel, 0
+    part_most = 2.0 * tolerance, tolerance
     for level in range(depth):
         excess, value = _stored(cells, exact / grid.node_step, corner, grid.fine_step / 2**level)
         parts, deeper = np.zeros(len(cells), np.int64), exact[:0]
         size, total = 0.5 * size, total + len(cells)
         if level + 1 < depth:
             everything = np.full(len(cells), 255)
-            parts, deeper = _halved(solid, grid, 2 * cells, 2, exact, everything, size, 2.0 * tolerance, _untold)
+            parts, deeper = _halved(solid, grid, 2 * cells, 2, exact, everything, size, part_most, _untold)
         parent, bit = set_bits(parts, 8)
         fine.append(excess)
         split.append((total + np.searchsorted(parent, np.arange(len(cells))) << 8) + parts)
@@ -81,17 +82,20 @@ def _halved(
     distance: np.ndarray,
     wanted: np.ndarray,
     size: float,
-    tolerance: float,
+    most: tuple[float, float],
     report: Callable[[float], None],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bits (N,) of the cells of edge ``size`` m to refine, and the distances (M, 3, 3, 3) m at their nodes."""
+    """Bits (N,) of the cells of edge ``size`` m to refine, and the distances (M, 3, 3, 3) m at their nodes.
+
+    ``most`` m is what a cell may err, and what it may where that makes inside of outside.
+    """
     chosen, found = np.zeros(len(wanted), np.int64), [np.zeros((0, 3, 3, 3))]
     low = grid.origin + size * place
     room = np.empty((CHUNK * cells**3, 3, 3, 3))
     for begin in range(0, len(wanted), CHUNK):
         part = slice(begin, begin + CHUNK)
         count = kernels.refine(
-            solid.surfaces, solid.shapes, low[part], 0.5 * size, cells, distance[part], wanted[part], tolerance,
+            solid.surfaces, solid.shapes, low[part], 0.5 * size, cells, distance[part], wanted[part], *most,
             chosen[part], room,
         )  # fmt: skip
         found.append(room[:count].copy())

@@ -97,14 +97,15 @@ def _middle(grid, c, b, a):
 
 
 @kernel
-def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, chosen, finer):
-    """Find the cells whose trilinear interpolation errs by more than ``tolerance`` m, and sample them twice as fine.
+def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, turning, chosen, finer):
+    """Find the cells whose trilinear interpolation errs too much, and sample them twice as fine.
 
     For each group n of ``cells``^3 cells with the low corner ``place`` (N, 3) m, ``coarse`` (N, cells + 1, ...) m are
-    the distances at its nodes and ``wanted`` (N,) the bits of the cells to look at. The error of a cell is the largest
-    at the 19 points in the middle of it, its sides and its edges, and beyond all bounds if the surface cuts off one of
-    them from all its corners: no plate or gap must get lost. The bits of the cells that err go to ``chosen`` (N,), the
-    distances at their 3 x 3 x 3 nodes ``spacing`` m apart to ``finer`` (M, 3, 3, 3), which must have room.
+    the distances at its nodes and ``wanted`` (N,) the bits of the cells to look at. A cell errs if it does in any of the
+    19 points in the middle of it, its sides and its edges: by more than ``tolerance`` m, or ``turning`` m if that makes
+    inside of outside, or if the surface cuts the point off from all corners: no plate or gap must get lost. The bits of
+    these cells go to ``chosen`` (N,), the distances at their 3 x 3 x 3 nodes ``spacing`` m apart to ``finer``
+    (M, 3, 3, 3), which must have room.
 
     Returns how many there are.
     """
@@ -123,7 +124,7 @@ def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, c
                 continue
             a0, b0, c0 = 2 * (cell % cells), 2 * (cell // cells % cells), 2 * (cell // cells**2)
             corners = grid[c0 : c0 + 3 : 2, b0 : b0 + 3 : 2, a0 : a0 + 3 : 2]
-            least, most, worst = corners.min(), corners.max(), 0.0
+            least, most, errs = corners.min(), corners.max(), False
             for c in range(c0, c0 + 3):
                 for b in range(b0, b0 + 3):
                     for a in range(a0, a0 + 3):
@@ -134,11 +135,11 @@ def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, c
                             grid[c, b, a] = solid_distance(surfaces, shapes, x, y, z)[0]
                         interpolated = _middle(grid, c, b, a)
                         error = abs(grid[c, b, a] - interpolated)
+                        allowed = turning if (grid[c, b, a] < 0.0) != (interpolated < 0.0) else tolerance
                         inner = grid[c, b, a] < -margin and least > -margin
-                        if inner or (grid[c, b, a] > margin and most < margin):
-                            error = np.inf
-                        worst = max(worst, error)
-            if worst > tolerance:
+                        outer = grid[c, b, a] > margin and most < margin
+                        errs = errs or inner or outer or error > allowed
+            if errs:
                 chosen[n] |= 1 << cell
                 finer[count] = grid[c0 : c0 + 3, b0 : b0 + 3, a0 : a0 + 3]
                 count += 1
