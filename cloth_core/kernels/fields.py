@@ -10,23 +10,25 @@ import math
 
 from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.bits import ones_below
+from cloth_core.kernels.bricks import (
+    BAND,
+    COARSE_FIRST,
+    COARSE_STEP,
+    FINE_STEP,
+    FIRST,
+    NEAR,
+    NODE_STEP,
+    NODES,
+    REFINED,
+    SHAPE,
+    TANGENT,
+    VOXEL,
+    brick_at,
+    first,
+    in_voxels,
+    way_to_box,
+)
 from cloth_core.kernels.trilinear import eighth, trilinear, with_unit_normal
-
-ORIGIN, LOW, HIGH = 0, 3, 6
-VOXEL, PER_METRE, NODE_STEP, COARSE_STEP, FINE_STEP, BAND, REACH = range(9, 16)
-"""Columns of ``real``: low corner of the grid and box around the surface, m; m of a voxel, and voxels in a m; m of one
-unit of ``node``, and of ``coarse``; units of ``node`` that one of ``fine`` is in a voxel halved once; m that everything
-outside the shell is away from the surface; m from the object's origin to the farthest of the surface."""
-REALS = 16
-
-SHAPE, COARSE_FIRST, OCCUPIED_FIRST, TANGENT = 0, 3, 4, 5
-"""Columns of ``whole``: blocks along x, y, z; where the field begins in ``coarse`` and ``occupied``; 1 for planes."""
-WHOLES = 6
-
-NEAR, REFINED, NODES, FIRST = range(4)
-"""Words of ``brick``, with bit i + 4 j + 16 k for cell or node (i, j, k): cells in the shell; of these the refined (of
-planes: those the surface passes through), of the others those inside; nodes that are stored; the first node or plane,
-and the first refined cell, in 32 bits each."""
 
 OUTSIDE, INSIDE, SURFACE = range(3)
 """Kinds of voxels."""
@@ -40,13 +42,13 @@ def field_distance(real, whole, coarse, occupied, brick, node, fine, split, plan
     plane of the voxel (paper, eq. 6). Outside beyond the shell: a lower bound, above 0. Inside beyond it: coarsely
     interpolated; the normal leads out.
     """
-    wx, wy, wz = _way_to_box(real, f, x, y, z)
+    wx, wy, wz = way_to_box(real, f, x, y, z)
     gap = wx * wx + wy * wy + wz * wz + 0.0 * (x + y + z)  # what is not finite has no voxel
     if not gap <= real[f, BAND] * real[f, BAND]:
         return with_unit_normal(math.sqrt(gap), wx, wy, wz)
-    u, v, w = _in_voxels(real, f, x, y, z)
+    u, v, w = in_voxels(real, f, x, y, z)
     i, j, k = int(u), int(v), int(w)
-    b, bit = _brick_at(whole, occupied, f, i, j, k), (i & 3) + 4 * (j & 3) + 16 * (k & 3)
+    b, bit = brick_at(whole, occupied, f, i, j, k), (i & 3) + 4 * (j & 3) + 16 * (k & 3)
     if b < 0 or not (brick[b, NEAR] >> bit) & 1:
         side = 0 if b < 0 else 1 - 2 * ((brick[b, REFINED] >> bit) & 1)
         return _coarse_distance(real, whole, coarse, f, side, 0.25 * u, 0.25 * v, 0.25 * w)
@@ -58,12 +60,12 @@ def field_distance(real, whole, coarse, occupied, brick, node, fine, split, plan
 @part_kernel
 def voxel_kind(real, whole, coarse, occupied, brick, node, fine, split, plane, f, x, y, z):
     """:data:`OUTSIDE`, :data:`INSIDE` or :data:`SURFACE` for the voxel of a tangent-plane field around a point."""
-    wx, wy, wz = _way_to_box(real, f, x, y, z)
+    wx, wy, wz = way_to_box(real, f, x, y, z)
     if not wx * wx + wy * wy + wz * wz + 0.0 * (x + y + z) <= real[f, BAND] * real[f, BAND]:
         return OUTSIDE
-    u, v, w = _in_voxels(real, f, x, y, z)
+    u, v, w = in_voxels(real, f, x, y, z)
     i, j, k = int(u), int(v), int(w)
-    b, bit = _brick_at(whole, occupied, f, i, j, k), (i & 3) + 4 * (j & 3) + 16 * (k & 3)
+    b, bit = brick_at(whole, occupied, f, i, j, k), (i & 3) + 4 * (j & 3) + 16 * (k & 3)
     if b < 0:
         return INSIDE if _coarse_distance(real, whole, coarse, f, 0, 0.25 * u, 0.25 * v, 0.25 * w)[0] < 0.0 else OUTSIDE
     marked = (brick[b, REFINED] >> bit) & 1
@@ -71,57 +73,7 @@ def voxel_kind(real, whole, coarse, occupied, brick, node, fine, split, plane, f
         return INSIDE if marked else OUTSIDE
     if marked:
         return SURFACE
-    return INSIDE if plane[_first(brick[b, FIRST]) + ones_below(brick[b, NEAR], bit), 3] < 0.0 else OUTSIDE
-
-
-@part_kernel
-def _beyond(low, high, x):
-    """How far a coordinate is below ``low`` (negative), above ``high``, or 0."""
-    return min(x - low, 0.0) + max(x - high, 0.0)
-
-
-@part_kernel
-def _way_to_box(real, f, x, y, z):
-    """The way in m from the box around the surface to a point, 0 inside."""
-    return (
-        _beyond(real[f, LOW], real[f, HIGH], x),
-        _beyond(real[f, LOW + 1], real[f, HIGH + 1], y),
-        _beyond(real[f, LOW + 2], real[f, HIGH + 2], z),
-    )
-
-
-@part_kernel
-def beyond_box(real, f, x, y, z, near):
-    """Whether a point of the object's frame is more than ``near`` m from the box around the surface of field ``f``."""
-    wx, wy, wz = _way_to_box(real, f, x, y, z)
-    return wx * wx + wy * wy + wz * wz > near * near
-
-
-@part_kernel
-def _in_voxels(real, f, x, y, z):
-    """A point in voxels from the low corner of the grid."""
-    per_metre = real[f, PER_METRE]
-    return (
-        per_metre * (x - real[f, ORIGIN]),
-        per_metre * (y - real[f, ORIGIN + 1]),
-        per_metre * (z - real[f, ORIGIN + 2]),
-    )
-
-
-@part_kernel
-def _first(word):
-    """Of the two numbers in a word the high one."""
-    return word >> 32
-
-
-@part_kernel
-def _brick_at(whole, occupied, f, i, j, k):
-    """The brick that holds voxel (i, j, k), or -1."""
-    block = (i >> 2) + whole[f, SHAPE] * ((j >> 2) + whole[f, SHAPE + 1] * (k >> 2))
-    word = whole[f, OCCUPIED_FIRST] + (block >> 6)
-    bits, bit = occupied[word, 0], block & 63
-    b = occupied[word, 1] + ones_below(bits, bit)
-    return b if (bits >> bit) & 1 else -1
+    return INSIDE if plane[first(brick[b, FIRST]) + ones_below(brick[b, NEAR], bit), 3] < 0.0 else OUTSIDE
 
 
 @part_kernel
@@ -171,16 +123,16 @@ def _part(fine, split, s, step, cell):
 @part_kernel
 def _node(whole, occupied, brick, node, f, i, j, k):
     """Node (i, j, k); its brick is looked up even if it is that of the voxel: a guess gone wrong would cost more."""
-    b = _brick_at(whole, occupied, f, i, j, k)
+    b = brick_at(whole, occupied, f, i, j, k)
     bit = (i & 3) + 4 * (j & 3) + 16 * (k & 3)
-    return float(node[_first(brick[b, FIRST]) + ones_below(brick[b, NODES], bit)])
+    return float(node[first(brick[b, FIRST]) + ones_below(brick[b, NODES], bit)])
 
 
 @part_kernel
 def _plane_distance(real, brick, plane, f, b, bit, u, v, w):
     """Distance to the tangent plane of a voxel, (u, v, w) voxels from its centre; of its own side off the surface."""
     voxel = real[f, VOXEL]
-    p = _first(brick[b, FIRST]) + ones_below(brick[b, NEAR], bit)
+    p = first(brick[b, FIRST]) + ones_below(brick[b, NEAR], bit)
     nx, ny, nz = float(plane[p, 0]), float(plane[p, 1]), float(plane[p, 2])
     distance = plane[p, 3] + voxel * (u * nx + v * ny + w * nz)
     if not (brick[b, REFINED] >> bit) & 1:

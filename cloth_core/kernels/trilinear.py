@@ -32,7 +32,7 @@ def with_unit_normal(distance, gx, gy, gz):
 
 @part_kernel
 def eighth(cell):
-    """The eighth of a cell around its place: its number, its low corner among 3 x 3 x 3 nodes, and itself, interpolated."""
+    """The eighth of a cell around its place: its number, its low corner among 3 x 3 x 3 nodes, and as a cell."""
     d000, d100, d010, d110, d001, d101, d011, d111, u, v, w = cell
     u, v, w = 2.0 * u, 2.0 * v, 2.0 * w
     i, j, k = min(int(u), 1), min(int(v), 1), min(int(w), 1)

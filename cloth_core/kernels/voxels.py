@@ -101,15 +101,13 @@ def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, t
     """Find the cells whose trilinear interpolation errs too much, and sample them twice as fine.
 
     For each group n of ``cells``^3 cells with the low corner ``place`` (N, 3) m, ``coarse`` (N, cells + 1, ...) m are
-    the distances at its nodes and ``wanted`` (N,) the bits of the cells to look at. A cell errs if it does in any of the
-    19 points in the middle of it, its sides and its edges: by more than ``tolerance`` m, or ``turning`` m if that makes
-    inside of outside, or if the surface cuts the point off from all corners: no plate or gap must get lost. The bits of
-    these cells go to ``chosen`` (N,), the distances at their 3 x 3 x 3 nodes ``spacing`` m apart to ``finer``
-    (M, 3, 3, 3), which must have room.
+    the distances at its nodes and ``wanted`` (N,) the bits of the cells to look at. A cell errs if it does at any of
+    the 19 points in the middle of it, its sides and its edges: by more than ``tolerance`` m, or than ``turning`` m where
+    that makes inside of outside. The bits of these cells go to ``chosen`` (N,), the distances at their 3 x 3 x 3 nodes,
+    ``spacing`` m apart, to ``finer`` (M, 3, 3, 3), which must have room.
 
     Returns how many there are.
     """
-    margin = 1e-3 * spacing
     wide = 2 * cells + 1
     grid = np.empty((wide, wide, wide))
     count = 0
@@ -123,8 +121,7 @@ def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, t
             if not (wanted[n] >> cell) & 1:
                 continue
             a0, b0, c0 = 2 * (cell % cells), 2 * (cell // cells % cells), 2 * (cell // cells**2)
-            corners = grid[c0 : c0 + 3 : 2, b0 : b0 + 3 : 2, a0 : a0 + 3 : 2]
-            least, most, errs = corners.min(), corners.max(), False
+            errs = False
             for c in range(c0, c0 + 3):
                 for b in range(b0, b0 + 3):
                     for a in range(a0, a0 + 3):
@@ -136,9 +133,7 @@ def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, t
                         interpolated = _middle(grid, c, b, a)
                         error = abs(grid[c, b, a] - interpolated)
                         allowed = turning if (grid[c, b, a] < 0.0) != (interpolated < 0.0) else tolerance
-                        inner = grid[c, b, a] < -margin and least > -margin
-                        outer = grid[c, b, a] > margin and most < margin
-                        errs = errs or inner or outer or error > allowed
+                        errs = errs or error > allowed
             if errs:
                 chosen[n] |= 1 << cell
                 finer[count] = grid[c0 : c0 + 3, b0 : b0 + 3, a0 : a0 + 3]

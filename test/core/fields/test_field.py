@@ -146,7 +146,7 @@ def test_a_plate_thinner_than_a_voxel_has_two_sides(thickness, turned):
     distance = field.distance(pose.apply(across))[0]
     assert (distance < 0.0).mean() > 0.99 if thickness >= 0.5 else (distance < half).all()
     for side in (1.0, -1.0):
-        points = across + [0.0, 0.0, side * (half + 0.5 * voxel)]
+        points = across + np.array([0.0, 0.0, side * (half + 0.5 * voxel)])
         distance, normal = field.distance(pose.apply(points))
         assert distance == pytest.approx(0.5 * voxel, abs=0.25 * voxel)
         assert (side * normal @ pose.rotation[:, 2]).min() > 0.7
@@ -171,7 +171,7 @@ def test_tangent_planes_are_those_of_the_paper():
 
 
 def test_voxels_are_outside_inside_or_surface():
-    """By many points of each voxel: those on both sides are of the surface; their sides are those of the exact distance."""
+    """By many points of each voxel: those with points on both sides are of the surface, the others have one side."""
     surface, voxel = bodies.torus(0.3, 0.1, 48), 0.05
     solid = Solid.of_surface(surface)
     field = build(solid, voxel, query="tangent_plane")
@@ -249,10 +249,10 @@ def test_the_voxel_has_bounds(voxel):
 
 def test_a_grid_too_fine_is_refused_with_the_voxel_that_fits():
     solid = Solid.of_shape(Sphere(radius=10.0))
-    with pytest.raises(SettingError, match="more than 134217728: .* m or more would fit") as refused:
+    with pytest.raises(SettingError, match=r"more than 134217728: .* m or more would fit") as refused:
         build(solid, 0.001)
     fits = float(str(refused.value).split(": ")[-1].split(" m or")[0])
     assert 0.035 < fits < 0.05
     grid = fitted(solid, fits, fits)
-    with pytest.raises(SettingError, match="16064000 voxels near the surface: .* m or more would fit"):
+    with pytest.raises(SettingError, match=r"16064000 voxels near the surface: .* m or more would fit"):
         grid.check_bricks(251000)

@@ -64,6 +64,25 @@ def test_needles_have_an_inside_up_to_the_tip(seed):
     assert closest == pytest.approx(np.tile(pose.apply(np.array([[0, 0, height]])), (50, 1)), abs=1e-12)
 
 
+@given(SEEDS)
+def test_a_tip_is_told_from_outside_however_its_sides_are_cut(seed):
+    """A sharp cone of few triangles on one side and many on the other, which must not outweigh the few."""
+    random = np.random.default_rng(seed)
+    radius, height = random.uniform(0.01, 0.1), 1.0
+    angle = np.concatenate(
+        [np.linspace(0.0, np.pi, 60, endpoint=False), np.linspace(np.pi, 2 * np.pi, 3, endpoint=False)]
+    )
+    surface = bodies.cone(radius, height, angle)
+    solid, tip = Solid.of_surface(surface), np.array([0.0, 0.0, height])
+    # Where the tip is closest: in the cone of the normals around it, spanned by those of the faces.
+    normal = np.cross(*(surface.position[surface.triangles[:63]][:, n] - tip for n in (0, 1)))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    away = random.dirichlet(np.full(63, 0.05), 200) @ normal
+    distance, closest, _ = solid.measure(tip + 0.1 * away)
+    assert distance == pytest.approx(0.1 * np.linalg.norm(away, axis=1), abs=1e-9)
+    assert closest == pytest.approx(np.tile(tip, (200, 1)), abs=1e-9)
+
+
 def test_triangles_without_area_do_not_turn_the_side():
     """A box whose sides are cut by slivers along an edge, and by one that is a line."""
     surface = bodies.box(0.3, 0.2, 0.1)
@@ -71,7 +90,7 @@ def test_triangles_without_area_do_not_turn_the_side():
     split = 0.5 * (surface.position[a] + surface.position[b])
     position, number = np.vstack([surface.position, split]), len(surface.position)
     whole = [(a, b, number), (a, number, c), (number, b, c)]  # the first is flat and closes the gap between both sides
-    other = [t for t in surface.triangles[1:]]
+    other = list(surface.triangles[1:])
     flat = Solid.of_surface(closed(position, np.array([*whole, *other])))
     random = np.random.default_rng(3)
     points = random.uniform(-0.4, 0.4, (2000, 3))
