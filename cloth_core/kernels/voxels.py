@@ -102,9 +102,9 @@ def refine(surfaces, shapes, place, spacing, cells, coarse, wanted, tolerance, t
 
     For each group n of ``cells``^3 cells with the low corner ``place`` (N, 3) m, ``coarse`` (N, cells + 1, ...) m are
     the distances at its nodes and ``wanted`` (N,) the bits of the cells to look at. A cell errs if it does at any of
-    the 19 points in the middle of it, its sides and its edges: by more than ``tolerance`` m, or than ``turning`` m where
-    that makes inside of outside. The bits of these cells go to ``chosen`` (N,), the distances at their 3 x 3 x 3 nodes,
-    ``spacing`` m apart, to ``finer`` (M, 3, 3, 3), which must have room.
+    the 19 points in the middle of it, its sides and its edges: by more than ``tolerance`` m, or ``turning`` m where
+    that makes inside of outside. The bits of these cells go to ``chosen`` (N,), the distances at their 3 x 3 x 3
+    nodes, ``spacing`` m apart, to ``finer`` (M, 3, 3, 3), which must have room.
 
     Returns how many there are.
     """
