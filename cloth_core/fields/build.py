@@ -23,9 +23,6 @@ TOLERANCE = 0.125
 """Voxels: a voxel whose interpolation errs by more is halved; its parts are if they err by twice that, or by this where
 it makes inside of outside."""
 
-DEPTH = 3
-"""How often: so that plates half a voxel thick keep an inside, however they lie."""
-
 CHUNK = 256
 """Bricks between two reports of progress."""
 
@@ -43,7 +40,8 @@ def build(
 
     Distances are exact at the corners of blocks of 4 x 4 x 4 voxels everywhere, and within the shell at the corners of
     voxels, finer where the interpolation between them would err by more than ``tolerance`` voxels (after Frisken and
-    others, "Adaptively sampled distance fields", 2000). Numbers are rounded to 16 bits: to 1/6000 of a voxel or so.
+    others, "Adaptively sampled distance fields", 2000). Numbers are rounded to 16 bits: in a shell of the least
+    thickness to 1/10000 of a voxel.
 
     Args:
         solid: in the object's frame, m.
@@ -73,7 +71,9 @@ def build(
         passed = np.empty_like(shell)
         kernels.mark_cells(distance, np.sqrt(0.75) * voxel, passed, np.empty_like(shell))
         place, most = grid.place(near), tolerance * voxel
-        cells = refined(solid, grid, place, distance, passed, most, DEPTH, lambda share: report(0.4 + 0.5 * share))
+        cells = refined(
+            solid, grid, place, distance, passed, most, columns.DEPTH, lambda share: report(0.4 + 0.5 * share)
+        )
         pool = _trilinear(grid, near, distance, shell, inside, cells)
     pool = pool._replace(real=_measures(solid, grid), coarse=rounded(corners, grid.coarse_step))
     report(1.0)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cloth_core.errors import InputError
 from cloth_core.kernels import bricks as columns
 from cloth_core.kernels import fields as kernels
 
@@ -97,7 +98,13 @@ class Field(NamedTuple):
         return distance, normal
 
     def kinds(self, points: np.ndarray) -> np.ndarray:
-        """(N,) what the voxels around points are, of a field of tangent planes: outside 0, inside 1, surface 2."""
+        """(N,) what the voxels around points are, of a field of tangent planes: outside 0, inside 1, surface 2.
+
+        Raises:
+            InputError: the field is trilinear, and its voxels have distances instead.
+        """
+        if self.query != "tangent_plane":
+            raise InputError(f"voxels are told apart in fields of the query tangent_plane, not {self.query}")
         points = np.ascontiguousarray(points, float).reshape(-1, 3)
         kind = np.empty(len(points), np.int64)
         kernels.voxel_kinds(*self.pool, 0, points, kind)

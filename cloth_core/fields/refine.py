@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cloth_core.errors import SettingError
 from cloth_core.fields.grid import Grid
 from cloth_core.fields.solid import Solid
 from cloth_core.kernels import voxels as kernels
@@ -21,6 +22,9 @@ IS_CORNER = np.all(NODES % 2 == 0, axis=1)
 
 WEIGHTS = np.prod(1.0 - 0.5 * np.abs(NODES[:, None] - CORNERS), axis=2)
 """(27, 8): what each corner of a cell gives to the interpolation at each node."""
+
+REFINED_MOST = 2**23
+"""Refined cells that 32 bits count, of which 8 say something else."""
 
 CHUNK = 256
 """Groups of cells sampled between two reports of progress."""
@@ -71,6 +75,8 @@ def refined(
         split.append((total + np.searchsorted(parent, np.arange(len(cells))) << 8) + parts)
         cells, exact = 2 * cells[parent] + PARTS[bit], deeper
         corner = value[parent[:, None], (PARTS[bit][:, None] + PARTS) @ (1, 3, 9)]
+    if total >= REFINED_MOST:
+        raise SettingError("voxel", f"{grid.voxel:g} m is too fine for so rough a surface: {total} parts of voxels")
     return Refined(chosen, np.concatenate(fine), np.concatenate(split).astype(np.int32))
 
 

@@ -22,6 +22,10 @@ planes: those the surface passes through), of the others those inside; nodes tha
 and the first refined cell, in 32 bits each."""
 
 
+DEPTH = 3
+"""How often voxels are halved at the most: so that plates half a voxel thick keep an inside, however they lie."""
+
+
 @part_kernel
 def _beyond(low, high, x):
     """How far a coordinate is below ``low`` (negative), above ``high``, or 0."""

@@ -91,7 +91,7 @@ def _voxel_distance(real, whole, occupied, brick, node, fine, split, f, b, bit, 
     if (brick[b, REFINED] >> bit) & 1:
         s = (brick[b, FIRST] & 0xFFFFFFFF) + ones_below(brick[b, REFINED] & brick[b, NEAR], bit)
         step = real[f, FINE_STEP]
-        cell, s = _part(fine, split, s, step, cell)
+        cell, s = _part(fine, split, s, step, cell)  # written out to the DEPTH there is
         if s >= 0:
             cell, s = _part(fine, split, s, 0.5 * step, cell)
             if s >= 0:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cloth_core import Pose
-from cloth_core.errors import SettingError
+from cloth_core.errors import InputError, SettingError
 from cloth_core.fields import Solid, pooled
 from cloth_core.fields.build import build
 from cloth_core.fields.grid import fitted
@@ -188,6 +188,11 @@ def test_voxels_are_outside_inside_or_surface():
     both = (least < 0) & (most > 0)
     assert (kind[both] == kernels.SURFACE).all()
     assert both.sum() > 0.8 * (kind == kernels.SURFACE).sum()
+
+
+def test_only_fields_of_planes_tell_voxels_apart():
+    with pytest.raises(InputError, match="tangent_plane, not trilinear"):
+        build(Solid.of_shape(Sphere(radius=0.3)), 0.05).kinds(np.zeros((1, 3)))
 
 
 def test_fields_answer_alike_alone_and_in_a_pool():
