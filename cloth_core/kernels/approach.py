@@ -17,7 +17,7 @@ from cloth_core.kernels import inlined_kernel, kernel, shared_kernel
 from cloth_core.kernels.bodies import Bodies, into_frame
 from cloth_core.kernels.contact import Points
 from cloth_core.kernels.nearest import nearest, slopes_inwards
-from cloth_core.kernels.shapes import PLANE, signed_distance
+from cloth_core.kernels.shapes import BOX, CAPSULE, PLANE, signed_distance
 
 FINEST_STEP = 0.25
 """Of the shell, the least step on the way of what touches already, but moves away there."""
@@ -184,6 +184,8 @@ def add_point(
             bodies.rotation[o], bodies.origin[o], predicted[v, 0], predicted[v, 1], predicted[v, 2]
         )
     kind, size = bodies.kind[o], bodies.size[o]
+    if corners == 3 and not (meets_tip(kind, size, begin) or meets_tip(kind, size, end)):
+        return p
     distance, nx, ny, nz = nearest(kind, size, begin, corners, weight)
     outside, stopped = distance > 0.0, False
     if moves > shell and outside and kind != PLANE:
@@ -210,6 +212,18 @@ def add_point(
             points.plane[p, 0], points.plane[p, 1], points.plane[p, 2], points.plane[p, 3] = nx, ny, nz, offset
         points.left[p, 0] = np.nan
     return p + 1
+
+
+@kernel
+def meets_tip(kind, size, corner):
+    """Whether a triangle may be nearest to a tip of the shape: else an edge of it touches first."""
+    if kind == BOX:
+        for a in range(3):
+            if max(abs(corner[0, a]), abs(corner[1, a]), abs(corner[2, a])) < size[a]:
+                return False
+    if kind == CAPSULE:
+        return max(abs(corner[0, 2]), abs(corner[1, 2]), abs(corner[2, 2])) > size[1]
+    return True
 
 
 @kernel
