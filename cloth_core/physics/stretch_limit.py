@@ -11,7 +11,7 @@ from cloth_core.mesh import ClothMesh
 FADE = 0.97
 """Share of a limit's tension that the next substep starts with. A tension that only ever adds up lags behind what it
 limits by a quarter of a period, and so pumps energy into what swings."""
-YIELDING = 10.0
+YIELDING = 3.0
 """Multiple of what it grows with, by which a limit's tension lets go of a thread that shortens. What adds up lags: it
 hauls a thread in with more than it held it with on its way out, which is negative damping of about stiffness / (h w^2)
 at w 1/s. FADE / (1 - FADE), 32, would leave no lag at all; that much trembles."""
