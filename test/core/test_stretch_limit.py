@@ -147,7 +147,7 @@ def hauled(share: float, frequency: float, excess: float, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize("frequency", [5.0, 10.0, 20.0])
-def test_a_tension_hauls_in_with_little_more_than_it_held_with(frequency, monkeypatch):
+def test_a_tension_that_lets_go_feeds_a_motion_less(frequency, monkeypatch):
     share = stretch_limit.YIELDING
     # What only adds up is the filter 1 / (1 - FADE z^-1), and acts upon the way of the substep that follows.
     period = round(1.0 / (frequency * 0.0025))
@@ -155,7 +155,7 @@ def test_a_tension_hauls_in_with_little_more_than_it_held_with(frequency, monkey
     lagging = -0.5 * period * 0.01**2 * np.real(np.conj(1.0 / (1.0 - stretch_limit.FADE / z)) * (z - 1.0))
     assert hauled(0.0, frequency, 0.02, monkeypatch) == pytest.approx(lagging, rel=1e-3)
     alone = hauled(0.0, frequency, 0.0, monkeypatch)
-    assert 0.0 < hauled(share, frequency, 0.0, monkeypatch) < 0.6 * alone
+    assert 0.0 < hauled(share, frequency, 0.0, monkeypatch) < 0.9 * alone
 
 
 def test_tensions_are_those_of_limited_springs_and_no_stronger_than_their_stiffness():
