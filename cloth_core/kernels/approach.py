@@ -75,21 +75,9 @@ def find_points(
                     )  # fmt: skip
                 else:
                     count = add_vertex(
-                        v,
-                        o,
-                        distance[v],
-                        shell,
-                        recover,
-                        corners,
-                        corner,
-                        body,
-                        depth,
-                        plane,
-                        left,
-                        pushed,
-                        spent,
-                        count,
-                    )
+                        v, o, distance[v], shell, recover,
+                        corners, corner, body, depth, plane, left, pushed, spent, count,
+                    )  # fmt: skip
         if not sharp[o]:
             continue
         for e in range(edge.shape[0]):

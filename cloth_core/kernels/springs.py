@@ -269,12 +269,7 @@ def largest_stretch(position, spring_vertex, rest, chosen):
     worst = -1.0
     for s in range(spring_vertex.shape[0]):
         if chosen[s] and rest[s] > 0.0:
-            i = spring_vertex[s, 0]
-            j = spring_vertex[s, 1]
-            dx = position[j, 0] - position[i, 0]
-            dy = position[j, 1] - position[i, 1]
-            dz = position[j, 2] - position[i, 2]
-            worst = max(worst, math.sqrt(dx * dx + dy * dy + dz * dz) / rest[s])
+            worst = max(worst, _length(position, spring_vertex[s, 0], spring_vertex[s, 1]) / rest[s])
     return worst if worst >= 0.0 else 1.0
 
 
@@ -286,10 +281,7 @@ def vertex_strain(position, spring_vertex, rest, chosen, strain):
         if chosen[s] and rest[s] > 0.0:
             i = spring_vertex[s, 0]
             j = spring_vertex[s, 1]
-            dx = position[j, 0] - position[i, 0]
-            dy = position[j, 1] - position[i, 1]
-            dz = position[j, 2] - position[i, 2]
-            e = math.sqrt(dx * dx + dy * dy + dz * dz) / rest[s] - 1.0
+            e = _length(position, i, j) / rest[s] - 1.0
             strain[i] = max(strain[i], e)
             strain[j] = max(strain[j], e)
     for v in range(strain.shape[0]):
