@@ -103,9 +103,13 @@ DIAGNOSTICS = Interface(
 PAUSE = Interface("srv", "~/pause", "std_srvs/srv/SetBool", "true stops the simulated time, false lets it go on")
 RESET = Interface("srv", "~/reset", "std_srvs/srv/Trigger", "back to the scene's start; nothing stays held")
 
+STEP = Interface("srv", "~/step", "std_srvs/srv/Trigger", "one step, while paused")
+SNAPSHOT = Interface("srv", "~/snapshot", "std_srvs/srv/Trigger", "keeps the cloth and its inputs, in one place")
+RESTORE = Interface("srv", "~/restore", "std_srvs/srv/Trigger", "back to what ~/snapshot kept, bit for bit")
+
 INPUTS = (GRASP_POSE, GRASP_CLOSURE, WIND, OBSTACLE_POSE)
 OUTPUTS = (POINTS, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, *STATS.values(), DIAGNOSTICS)
-SERVICES = (PAUSE, RESET)
+SERVICES = (PAUSE, RESET, STEP, SNAPSHOT, RESTORE)
 INTERFACES = (*INPUTS, *OUTPUTS, *SERVICES)
 
 

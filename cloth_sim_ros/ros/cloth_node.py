@@ -12,7 +12,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from std_srvs.srv import SetBool, Trigger
 
 from cloth_core import ClothError
-from cloth_sim_ros.interfaces import PAUSE, RESET
+from cloth_sim_ros.interfaces import PAUSE, RESET, RESTORE, SNAPSHOT, STEP
 from cloth_sim_ros.parameters import NodeSettings
 from cloth_sim_ros.recording.folder import open_session
 from cloth_sim_ros.recording.recorder import Recorder
@@ -21,7 +21,9 @@ from cloth_sim_ros.ros.parameters import declare
 from cloth_sim_ros.ros.parts import Parts, assemble
 from cloth_sim_ros.ros.report import Report
 from cloth_sim_ros.session import SessionError
-from cloth_sim_ros.simulation.runner import Runner
+from cloth_sim_ros.simulation.runner import OrderError, Runner
+
+_ORDERS = {RESET: Runner.reset, STEP: Runner.step, SNAPSHOT: Runner.snapshot, RESTORE: Runner.restore}
 
 
 class ClothNode(LifecycleNode):
@@ -106,8 +108,9 @@ class ClothNode(LifecycleNode):
 
     def _configure(self, undo: ExitStack) -> None:
         self._parts = assemble(self, self.settings, undo)
-        for kind, interface, serve in ((SetBool, PAUSE, self._pause), (Trigger, RESET, self._reset)):
-            undo.callback(self.destroy_service, self.create_service(kind, interface.name, serve))
+        undo.callback(self.destroy_service, self.create_service(SetBool, PAUSE.name, self._pause))
+        for interface, order in _ORDERS.items():
+            undo.callback(self.destroy_service, self.create_service(Trigger, interface.name, self._trigger(order)))
         report = Report(self, self._parts)
         undo.callback(report.destroy)
         # On a clock of its own: it must speak up when /clock does not come.
@@ -153,8 +156,8 @@ class ClothNode(LifecycleNode):
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         return self._answer(response, lambda runner: runner.pause(request.data))
 
-    def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return self._answer(response, lambda runner: runner.reset())
+    def _trigger(self, order: Callable[[Runner], str]) -> Callable[[Any, Any], Any]:
+        return lambda _request, response: self._answer(response, order)
 
     def _answer(self, response: Any, action: Callable[[Runner], str]) -> Any:
         if self._runner is None:
@@ -162,6 +165,8 @@ class ClothNode(LifecycleNode):
             return response
         try:
             response.success, response.message = True, action(self._runner)
+        except OrderError as error:
+            response.success, response.message = False, str(error)
         except Exception as error:
             response.success, response.message = False, f"{type(error).__name__}: {error}"
         return response

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import time
 import traceback
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.simulation.clock import Pace, Rhythm, Slot
@@ -13,6 +14,10 @@ from cloth_sim_ros.simulation.notices import Notices
 from cloth_sim_ros.simulation.simulation import Frame, Simulation
 
 SNAPSHOT_SECONDS = 1.0
+
+
+class OrderError(Exception):
+    """Something was ordered that cannot be done now; the message says why."""
 
 
 class FramePublisher(Protocol):
@@ -80,11 +85,27 @@ class Runner:
 
     def pause(self, paused: bool) -> str:
         """Stop simulated time or let it go on; returns what happened, in words."""
-        return self._loop.do(lambda: self._set_paused(paused)).result(timeout=10.0)
+        return self._order(lambda: self._set_paused(paused))
 
     def reset(self) -> str:
         """Begin a new episode; returns what happened, in words."""
-        return self._loop.do(self._reset).result(timeout=10.0)
+        return self._order(self._reset)
+
+    def step(self) -> str:
+        """One step while paused; returns what happened, in words."""
+        return self._order(self._step)
+
+    def snapshot(self) -> str:
+        """Keep the cloth as it is; returns what happened, in words."""
+        return self._order(self._keep)
+
+    def restore(self) -> str:
+        """Back to the last :meth:`snapshot`; returns what happened, in words."""
+        return self._order(self._restore)
+
+    def _order(self, action: Callable[[], str]) -> str:
+        """Have ``action`` done between two steps."""
+        return self._loop.do(action).result(timeout=10.0)
 
     def _deliver(self, frame: Frame, slot: Slot) -> None:
         self.latest = frame
@@ -128,9 +149,9 @@ class Runner:
             state = self._simulation.state
             self._recorder.snapshot(self._simulation.solver.snapshot(state), state.step_index, stamp_ns)
 
-    def _record_event(self, kind: str, stamp_ns: int) -> None:
+    def _record_event(self, kind: str, stamp_ns: int, **details: Any) -> None:
         if self._recorder is not None:
-            self._recorder.event(kind, self._simulation.state.step_index, stamp_ns)
+            self._recorder.event(kind, self._simulation.state.step_index, stamp_ns, **details)
 
     def _fail(self, error: Exception) -> None:
         where = traceback.extract_tb(error.__traceback__)[-1]
@@ -151,5 +172,37 @@ class Runner:
         self._record_event("reset", now)
         self._simulation.reset()
         self._on_reset()
-        self._record_snapshot(now)
+        self._begin_episode(now)
         return f"reset after step {step}"
+
+    def _step(self) -> str:
+        if not self._simulation.paused:
+            raise OrderError("it is not paused: call ~/pause with true before")
+        slot = Slot(self._ros_now(), None, round(1e9 * self._simulation.solver.config.dt))
+        self._deliver(self._simulation.tick(time.monotonic()), slot)
+        return f"paused after step {self._simulation.state.step_index}"
+
+    def _keep(self) -> str:
+        self._simulation.kept = kept = self._simulation.keep()
+        self._record_event("snapshot", self._ros_now())
+        return f"kept step {kept.step_index}"
+
+    def _restore(self) -> str:
+        kept = self._simulation.kept
+        if kept is None:
+            raise OrderError("nothing was kept: call ~/snapshot before")
+        now, step = self._ros_now(), self._simulation.state.step_index
+        self._record_event("restore", now, to=kept.step_index)
+        self._simulation.restore(kept)
+        self._on_reset()
+        self._begin_episode(now)
+        other = "" if kept.solver is self._simulation.solver else ", with other parameters than it was kept with"
+        return f"back from step {step} to step {kept.step_index}{other}"
+
+    def _begin_episode(self, now: int) -> None:
+        """Record where the cloth is now, and show it while nothing else does."""
+        self._record_snapshot(now)
+        if self._simulation.paused:
+            frame = self._simulation.present()
+            self._outputs.publish_points(frame, now)
+            self._outputs.publish_rest(frame, now)

@@ -13,6 +13,7 @@ from cloth_core import Grasp, InputError, Inputs, Pose, State, StepReport
 from cloth_core.kernels import surface
 from cloth_core.physics.strain import vertex_strain
 from cloth_core.scene import Scene
+from cloth_sim_ros.simulation.world import Hand, Kept, World
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,16 +50,6 @@ class Frame:
         return self.state.digest
 
 
-@dataclass
-class _Hand:
-    """The newest of one grasp: its pose and when it came, its closure."""
-
-    pose: Pose | None = None
-    received: float = 0.0
-    closure: float = 0.0
-    must_open: bool = False
-
-
 class Simulation:
     """Holds a scene's solver and state, and turns the newest inputs into one step per tick.
 
@@ -74,12 +65,14 @@ class Simulation:
         self.solver, self.state = scene.build()
         self.paused = False
         self.stale: tuple[str, ...] = ()
+        self.kept: Kept | None = None
+        """What :meth:`keep` gave when somebody asked for it."""
         self._start = self.state
         self._timeout = grasp_timeout
         self._lock = threading.Lock()  # guards the inputs below
-        self._hands = {name: _Hand() for name in scene.inputs.grasps}
-        self._wind = scene.inputs.wind
-        self._obstacles = dict(scene.inputs.obstacles)
+        self._world = World(
+            {name: Hand() for name in scene.inputs.grasps}, scene.inputs.wind, dict(scene.inputs.obstacles)
+        )
 
     def prepare(self) -> None:
         """Compile the kernels and factorise, so that no tick is slower than the others."""
@@ -89,27 +82,26 @@ class Simulation:
     def set_grasp_pose(self, name: str, pose: Pose, now: float) -> None:
         """Pose of a gripper in the cloth's frame; ``now`` is the receipt in monotonic s."""
         with self._lock:
-            hand = self._hand(name)
-            hand.pose, hand.received = pose, now
+            self._world.hands[name] = replace(self._hand(name), pose=pose, received=now)
 
     def set_closure(self, name: str, closure: float) -> None:
         """How far a gripper is closed, 0 .. 1; it waits for the gripper's first pose."""
         with self._lock:
             hand = self._hand(name)
-            hand.closure = closure
-            hand.must_open = hand.must_open and closure >= self.scene.inputs.grasps[name].open_at
+            must_open = hand.must_open and closure >= self.scene.inputs.grasps[name].open_at
+            self._world.hands[name] = replace(hand, closure=closure, must_open=must_open)
 
     def set_wind(self, velocity: tuple[float, float, float]) -> None:
         """Mean wind in the cloth's frame, m/s; the scene's gusts stay."""
         with self._lock:
-            self._wind = replace(self._wind, velocity=velocity)
+            self._world = replace(self._world, wind=replace(self._world.wind, velocity=velocity))
 
     def set_obstacle(self, name: str, pose: Pose) -> None:
         """Where an obstacle shall be at the end of the next step."""
         if name not in self.solver.obstacles:
             raise InputError(f"no obstacle {name}; this scene has {', '.join(self.solver.obstacles) or 'none'}")
         with self._lock:
-            self._obstacles[name] = pose
+            self._world.obstacles[name] = pose
 
     def tick(self, now: float, out_of_time: Callable[[], bool] | None = None) -> Frame:
         """Advance by one step with the newest inputs.
@@ -133,29 +125,48 @@ class Simulation:
         """
         with self._lock:
             self.state, self.stale = self._start, ()
-            for name, grasp in self.scene.inputs.grasps.items():
-                closed = self._hands[name].closure >= grasp.open_at
-                self._hands[name] = _Hand(must_open=closed)
-            self._wind = self.scene.inputs.wind
-            self._obstacles = dict(self.scene.inputs.obstacles)
+            grasps = self.scene.inputs.grasps.items()
+            hands = {n: Hand(must_open=self._world.hands[n].closure >= grasp.open_at) for n, grasp in grasps}
+            self._world = World(hands, self.scene.inputs.wind, dict(self.scene.inputs.obstacles))
 
-    def _hand(self, name: str) -> _Hand:
-        if name not in self._hands:
-            raise InputError(f"no grasp {name}; this scene has {', '.join(self._hands) or 'none'}")
-        return self._hands[name]
+    def keep(self) -> Kept:
+        """All that it takes to go on from here as if nothing had happened since."""
+        with self._lock:
+            arrays = {name: array.copy() for name, array in self.solver.snapshot(self.state).items()}
+            return Kept(arrays, self.state.step_index, self.solver, self._world.copy())
+
+    def restore(self, kept: Kept) -> None:
+        """Back to what :meth:`keep` gave: the same inputs from there on give the same cloth, bit for bit.
+
+        What acted on the cloth then does so again until something newer comes.
+        """
+        with self._lock:
+            self.state, self.stale = self.solver.restore(kept.arrays), ()
+            self._world = kept.world.copy()
+
+    def present(self) -> Frame:
+        """The cloth as it is, without a step."""
+        return self._frame(self.state, Inputs(), 0.0)
+
+    def _hand(self, name: str) -> Hand:
+        if name not in self._world.hands:
+            raise InputError(f"no grasp {name}; this scene has {', '.join(self._world.hands) or 'none'}")
+        return self._world.hands[name]
 
     def _resolve(self, now: float) -> tuple[Inputs, tuple[str, ...]]:
         with self._lock:
             grasps: dict[str, Grasp] = {}
             stale = []
-            for name, hand in self._hands.items():
+            for name, hand in self._world.hands.items():
                 if hand.pose is None:
                     continue
                 closure = 0.0 if hand.must_open else hand.closure
                 grasps[name] = replace(self.scene.inputs.grasps[name], pose=hand.pose, closure=closure)
                 if now - hand.received > self._timeout:
                     stale.append(name)
-            inputs = replace(self.scene.inputs, grasps=grasps, wind=self._wind, obstacles=dict(self._obstacles))
+            inputs = replace(
+                self.scene.inputs, grasps=grasps, wind=self._world.wind, obstacles=dict(self._world.obstacles)
+            )
         return inputs, tuple(stale)
 
     def _frame(self, state: State, inputs: Inputs, seconds: float) -> Frame:

@@ -26,6 +26,8 @@ from small_scene import SMALL_SCENE
 
 PATIENCE = 30.0
 """s after which something that has not happened never will; a discovery may take 3 s, a busy machine longer."""
+COMPILED = 180.0
+"""s for a start that compiles all kernels first: once after each change of one of them."""
 
 
 def _claim_domain() -> tuple[int, socket.socket]:
@@ -213,7 +215,7 @@ def start_node(ros_environment: None, small_scene: Path) -> Iterator[Callable[..
             process = NodeProcess(["--ros-args", "-p", f"scene:={scene}", *ros_arguments])
             running.callback(process.stop)
             if ready:
-                process.wait_for("recording to")
+                process.wait_for("recording to", COMPILED)
             return process
 
         yield start

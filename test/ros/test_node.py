@@ -156,6 +156,38 @@ def test_pause_stops_the_clouds_and_lets_them_go_on(peer):
     peer.wait_until(lambda: len(clouds) > count + 5, "clouds again")
 
 
+def test_paused_it_is_stepped_kept_and_restored_bit_for_bit(peer):
+    clouds = peer.listen(PointCloud2, "cloth/points")
+
+    def order(name):
+        answer = peer.call(Trigger, name, Trigger.Request())
+        assert answer.success, answer.message
+        return answer.message
+
+    def steps(count):
+        """What is published in so many steps."""
+        before = len(clouds)
+        for _ in range(count):
+            order("step")
+        peer.wait_until(lambda: len(clouds) >= before + count, "a cloud of each step")
+        assert len(clouds) == before + count
+        return [positions(cloud) for cloud in clouds[before:]]
+
+    answer = peer.call(Trigger, "step", Trigger.Request())
+    assert (answer.success, answer.message) == (False, "it is not paused: call ~/pause with true before")
+    assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
+    assert order("snapshot").startswith("kept step")
+    peer.wait_until(lambda: clouds, "a cloud")
+    first = steps(6)
+    before = len(clouds)
+    order("restore")
+    peer.wait_until(lambda: len(clouds) > before, "the cloth as it was kept")  # shown while paused, too
+    again = steps(6)
+    assert [a.tobytes() for a in again] == [f.tobytes() for f in first]
+    assert first[0].tobytes() != first[-1].tobytes()
+    assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success
+
+
 def test_reset_puts_the_cloth_back(peer):
     clouds = peer.listen(PointCloud2, "cloth/points")
     peer.wait_until(lambda: clouds and positions(clouds[-1])[:, 2].min() < 0.4, "the cloth to fall")

@@ -6,6 +6,7 @@ import re
 import threading
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cloth_core import Inputs, Pose
@@ -16,7 +17,7 @@ from cloth_sim_ros.recording.verify import verify
 from cloth_sim_ros.simulation import diagnostics
 from cloth_sim_ros.simulation.clock import ClockPace
 from cloth_sim_ros.simulation.notices import Notices
-from cloth_sim_ros.simulation.runner import Runner
+from cloth_sim_ros.simulation.runner import OrderError, Runner
 from cloth_sim_ros.simulation.simulation import Simulation
 
 SCENE = """
@@ -121,11 +122,50 @@ def test_pause_and_reset_happen_between_steps_and_stand_in_the_session(kit):
     assert kit.runner.pause(False) == "goes on after step 0"
     kit.steps(4)
     session = kit.session()
-    assert [index for index, _ in kit.outputs.frames] == [1, 2, 3, 4, 5, 1, 2, 3, 4]
+    assert [index for index, _ in kit.outputs.frames] == [1, 2, 3, 4, 5, 0, 1, 2, 3, 4]  # 0: shown while paused
     assert [(event.kind, event.index) for event in session.events()] == [("pause", 5), ("reset", 5), ("resume", 0)]
     assert [snapshot.index for snapshot in session.snapshots()] == [0, 0]
     assert kit.resets == 1
     assert verify(session).bit_equal
+
+
+def test_while_paused_single_steps_are_done_on_demand_and_only_then(kit):
+    with pytest.raises(OrderError, match=r"not paused: call ~/pause"):
+        kit.runner.step()
+    kit.runner.pause(True)
+    assert [kit.runner.step() for _ in range(3)] == [f"paused after step {k}" for k in (1, 2, 3)]
+    assert [index for index, _ in kit.outputs.frames] == [1, 2, 3]
+    assert verify(kit.session()).steps == 3
+
+
+def test_after_a_restore_the_same_inputs_give_the_same_cloth_to_the_last_bit(kit):
+    kit.simulation.set_grasp_pose("hand", Pose((0.2, 0.2, 0.5)), 0.0)
+    kit.simulation.set_closure("hand", 1.0)
+    kit.simulation.set_wind((1.0, 2.0, 0.5))
+    kit.steps(12)
+    assert kit.runner.snapshot() == "kept step 12"
+    kit.steps(8)
+    first = kit.runner.latest.state
+    kit.simulation.set_closure("hand", 0.0)
+    kit.simulation.set_wind((-9.0, 0.0, 0.0))
+    kit.simulation.set_grasp_pose("hand", Pose((0.5, 0.2, 0.9)), 0.0)
+    kit.steps(5)
+    for _ in range(2):
+        assert kit.runner.restore().endswith("to step 12")
+        kit.steps(8)
+        again = kit.runner.latest.state
+        assert (again.step_index, again.time) == (20, first.time)
+        assert np.array_equal(again.position, first.position)
+        assert np.array_equal(again.velocity, first.velocity)
+        assert again.grips["hand"].vertex.tolist() == first.grips["hand"].vertex.tolist() != []
+    session = kit.session()
+    assert [event.kind for event in session.events()] == ["snapshot", "restore", "restore"]
+    assert verify(session).bit_equal
+
+
+def test_restoring_what_was_never_kept_says_what_to_do(kit):
+    with pytest.raises(OrderError, match=r"call ~/snapshot"):
+        kit.runner.restore()
 
 
 def test_a_clock_that_goes_back_resets(kit):

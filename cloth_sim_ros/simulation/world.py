@@ -1,0 +1,49 @@
+"""What acts on a cloth until something newer comes, and a cloth kept together with that."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cloth_core import ClothSolver, Pose, Wind
+
+
+@dataclass(frozen=True)
+class Hand:
+    """The newest of one grasp: its pose and when it came, its closure."""
+
+    pose: Pose | None = None
+    received: float = 0.0
+    closure: float = 0.0
+    must_open: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """What acts on the cloth until something newer comes."""
+
+    hands: dict[str, Hand]
+    wind: Wind
+    obstacles: dict[str, Pose]
+
+    def copy(self) -> World:
+        """Another one, which later inputs do not change."""
+        return World(dict(self.hands), self.wind, dict(self.obstacles))
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """The cloth and what acts on it, at one instant.
+
+    Args:
+        arrays: what :meth:`ClothSolver.snapshot` gave.
+        step_index: steps done until then.
+        solver: what simulated it.
+    """
+
+    arrays: Mapping[str, np.ndarray]
+    step_index: int
+    solver: ClothSolver
+    world: World
