@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cloth_core import Inputs
+from cloth_core import ClothSolver, Inputs, Material, SolverConfig
 from cloth_sim_ros.messages.cdr import decode_octets, decode_string, encode_octets, encode_string
 
 
@@ -83,7 +83,8 @@ class Event:
     """Something other than a step happened to the simulation.
 
     Args:
-        kind: ``reset``, ``restore``, ``pause``, ``resume``, ...
+        kind: ``reset``, ``restore``, ``snapshot``, ``pause``, ``resume``, or ``parameters``, whose details are those
+            of :func:`in_force`.
         index: steps done when it happened.
         details: whatever else there is to say, in JSON's types.
     """
@@ -104,6 +105,17 @@ class Event:
         """Raises ValueError or KeyError when it is none."""
         content = json.loads(decode_string(cdr))
         return cls(content["kind"], content["step"], content["details"])
+
+
+def in_force(solver: ClothSolver) -> dict[str, dict[str, Any]]:
+    """What ``solver`` computes with, in JSON's types."""
+    return {"material": solver.material.as_mapping(), "solver": solver.config.as_mapping()}
+
+
+def with_parameters(solver: ClothSolver, details: Mapping[str, Mapping[str, Any]]) -> ClothSolver:
+    """``solver`` changed to what :func:`in_force` gave. Raises ClothError or KeyError when it is none."""
+    material, config = Material.from_mapping(details["material"]), SolverConfig.from_mapping(details["solver"])
+    return solver.changed(material=material, config=config)
 
 
 def pack(arrays: Mapping[str, np.ndarray]) -> bytes:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cloth_core import ClothError, ClothSolver, State
-from cloth_sim_ros.recording.content import Snapshot, Step
+from cloth_sim_ros.recording.content import Event, Snapshot, Step, with_parameters
 from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.session import SessionError
 
@@ -111,6 +111,8 @@ class _Rerun:
                 self._check_snapshot(entry)
             elif entry.kind in _NEW_EPISODE:
                 self._state = None
+            elif entry.kind == "parameters":
+                self._change(entry)
             if self._difference is not None and (self._difference.vertex is not None or not isinstance(entry, Step)):
                 break  # nothing later tells more
         if self._steps == 0:
@@ -134,6 +136,13 @@ class _Rerun:
             self._on_progress(self._steps, time.perf_counter() - self._start)
         if self._difference is None and self._state.digest != step.digest:
             self._difference = self._locate_in_points(Difference(step.index), stamp_ns)
+
+    def _change(self, event: Event) -> None:
+        try:
+            self._solver = with_parameters(self._solver, event.details)
+        except (ClothError, KeyError) as error:
+            problem = f"the parameters after step {event.index} cannot be used: {error}"
+            raise SessionError(f"{self._session.path}: {problem}") from error
 
     def _check_snapshot(self, snapshot: Snapshot) -> None:
         try:

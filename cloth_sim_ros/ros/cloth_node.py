@@ -11,11 +11,13 @@ from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_srvs.srv import SetBool, Trigger
 
-from cloth_core import ClothError
+from cloth_core import ClothError, ClothSolver
 from cloth_sim_ros.interfaces import PAUSE, RESET, RESTORE, SNAPSHOT, STEP
 from cloth_sim_ros.parameters import NodeSettings
+from cloth_sim_ros.recording.content import in_force
 from cloth_sim_ros.recording.folder import open_session
 from cloth_sim_ros.recording.recorder import Recorder
+from cloth_sim_ros.ros.live import LiveParameters
 from cloth_sim_ros.ros.pace import pace_of
 from cloth_sim_ros.ros.parameters import declare
 from cloth_sim_ros.ros.parts import Parts, assemble
@@ -111,6 +113,8 @@ class ClothNode(LifecycleNode):
         undo.callback(self.destroy_service, self.create_service(SetBool, PAUSE.name, self._pause))
         for interface, order in _ORDERS.items():
             undo.callback(self.destroy_service, self.create_service(Trigger, interface.name, self._trigger(order)))
+        live = LiveParameters(self, self.settings, self._parts.simulation.solver, self._apply, self._adopt)
+        undo.callback(live.close)
         report = Report(self, self._parts)
         undo.callback(report.destroy)
         # On a clock of its own: it must speak up when /clock does not come.
@@ -152,6 +156,23 @@ class ClothNode(LifecycleNode):
             self.get_logger().error(f"{error}; going on without recording")
         if self._recorder is not None:
             self.get_logger().info(f"recording to {self._recorder.path}")
+
+    def _apply(self, settings: NodeSettings) -> None:
+        self.settings = settings
+        self._parts.simulation.grasp_timeout = settings.grasp_timeout
+        self._parts.outputs.mesh_rate = settings.mesh_rate
+        if self._runner is not None:
+            self._runner.set_budget(settings.time_budget)
+
+    def _adopt(self, solver: ClothSolver) -> str:
+        if self._runner is not None:
+            return self._runner.adopt(solver)
+        simulation = self._parts.simulation
+        simulation.adopt(solver)
+        if self._recorder is not None:
+            now = self.get_clock().now().nanoseconds
+            self._recorder.event("parameters", simulation.state.step_index, now, **in_force(solver))
+        return "in force when it steps"
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         return self._answer(response, lambda runner: runner.pause(request.data))

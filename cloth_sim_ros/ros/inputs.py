@@ -14,7 +14,7 @@ from cloth_core.scene import Scene
 from cloth_sim_ros import interfaces
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.messages import interface_class
-from cloth_sim_ros.ros.qos import IncompatibleQos, profile
+from cloth_sim_ros.ros.qos import IncompatibleQos, overridable, profile
 from cloth_sim_ros.simulation.intake import Intake, Source
 
 
@@ -49,6 +49,7 @@ class Subscriptions:
                     event_callbacks=SubscriptionEventCallbacks(
                         incompatible_qos=incompatible.of_subscription(source.topic)
                     ),
+                    qos_overriding_options=overridable(),
                     raw=True,
                 )
         self._names = {"grasp": list(scene.inputs.grasps), "obstacle": list(scene.obstacles)}

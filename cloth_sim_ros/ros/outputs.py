@@ -16,7 +16,7 @@ from cloth_sim_ros.interfaces import Interface
 from cloth_sim_ros.messages.cdr import MarkerEncoder, PointCloudEncoder, encode_mesh, encode_triangles
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.messages import interface_class, obstacle_markers
-from cloth_sim_ros.ros.qos import IncompatibleQos, profile
+from cloth_sim_ros.ros.qos import IncompatibleQos, overridable, profile
 from cloth_sim_ros.simulation.simulation import Frame, Simulation
 
 FAST_MESH_VERTICES = 2500
@@ -48,9 +48,8 @@ class Outputs:
         self._node = node
         self._simulation = simulation
         self._frame_id = frame_id
-        mesh, dt = simulation.solver.mesh, simulation.solver.config.dt
-        self._mass = mesh.vertex_mass(simulation.solver.material)
-        self._mesh_every = 1 if mesh.vertex_count <= FAST_MESH_VERTICES else max(1, round(1.0 / (mesh_rate * dt)))
+        self.mesh_rate = mesh_rate
+        mesh = simulation.solver.mesh
         self._points = PointCloudEncoder(frame_id)
         self._marker = MarkerEncoder(frame_id, "cloth", 0, CLOTH_COLOUR, mesh.triangles)
         self._publishers = {
@@ -72,7 +71,7 @@ class Outputs:
         """Publish what else belongs to ``frame``: what is due, and what somebody wants."""
         if not self._topology_sent:
             self._publish_topology(frame, stamp_ns)
-        if frame.step_index % self._mesh_every == 0 and self._wanted(interfaces.MESH):
+        if frame.step_index % self._mesh_every() == 0 and self._wanted(interfaces.MESH):
             self._send(interfaces.MESH, self._marker.encode(stamp_ns, frame.position), stamp_ns)
         poses = frame.state.obstacles
         if poses != self._obstacles_shown or not 0 <= stamp_ns - self._obstacles_at < 1_000_000_000:
@@ -87,6 +86,12 @@ class Outputs:
             self._node.destroy_lifecycle_publisher(publisher)
         self._publishers.clear()
 
+    def _mesh_every(self) -> int:
+        """Steps from one mesh to the next."""
+        solver = self._simulation.solver
+        small = solver.mesh.vertex_count <= FAST_MESH_VERTICES
+        return 1 if small else max(1, round(1.0 / (self.mesh_rate * solver.config.dt)))
+
     def _publisher(self, interface: Interface, incompatible: IncompatibleQos) -> LifecyclePublisher:
         topic = self._node.resolve_topic_name(interface.name)
         return self._node.create_lifecycle_publisher(
@@ -94,6 +99,7 @@ class Outputs:
             interface.name,
             profile(interface.qos),
             event_callbacks=PublisherEventCallbacks(incompatible_qos=incompatible.of_publisher(topic)),
+            qos_overriding_options=overridable(),
         )
 
     def _publish_topology(self, frame: Frame, stamp_ns: int) -> None:
@@ -119,11 +125,12 @@ class Outputs:
             self.recorder.output(publisher.topic_name, interface.type_name, cdr, stamp_ns, qos=interface.qos)
 
     def _stats(self, frame: Frame) -> dict[str, float]:
-        velocity = frame.state.velocity
+        velocity, solver = frame.state.velocity, self._simulation.solver
+        mass = solver.mesh.vertex_mass(solver.material)
         return {
             "step_time_ms": 1e3 * frame.step_seconds,
             "max_stretch": frame.report.max_stretch,
-            "kinetic_energy": 0.5 * float(self._mass @ np.einsum("va,va->v", velocity, velocity)),
+            "kinetic_energy": 0.5 * float(mass @ np.einsum("va,va->v", velocity, velocity)),
             "contacts": float(frame.report.contacts),
             "held": float(frame.report.held),
         }

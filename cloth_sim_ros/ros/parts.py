@@ -74,7 +74,7 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
         incompatible=incompatible,
     )
     undo.callback(outputs.destroy)
-    intake = Intake(simulation, frames, scene.solver.max_wind_speed, refused)
+    intake = Intake(simulation, frames, refused)
     inputs = Subscriptions(node, scene, intake, incompatible)
     undo.callback(inputs.destroy)
     return Parts(
@@ -92,8 +92,7 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
 
 def _load_scene(node: LifecycleNode, settings: NodeSettings) -> Scene:
     scene = load_scene(settings.scene, node.get_logger().warning)
-    material = declare(node, scene.material, "material")
-    solver = declare(node, scene.solver, "solver")
+    material, solver = (declare(node, getattr(scene, prefix), prefix) for prefix in ("material", "solver"))
     return replace(scene, material=material, solver=solver)
 
 

@@ -8,10 +8,12 @@ from typing import Any
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
+    QoSPolicyKind,
     QoSProfile,
     ReliabilityPolicy,
     qos_policy_name_from_kind,
 )
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from cloth_sim_ros.session import Qos
 
@@ -24,6 +26,15 @@ def profile(qos: Qos) -> QoSProfile:
         reliability=ReliabilityPolicy[qos.reliability.upper()],
         durability=DurabilityPolicy[qos.durability.upper()],
     )
+
+
+def overridable() -> QoSOverridingOptions:
+    """Lets parameters ``qos_overrides.<topic>.publisher.reliability`` and the like overrule a profile.
+
+    ``<topic>`` is the full name, remapped.
+    """
+    kinds = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
+    return QoSOverridingOptions(kinds)
 
 
 class IncompatibleQos:

@@ -9,7 +9,7 @@ from cloth_sim_ros.interfaces import DIAGNOSTICS
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros import messages
 from cloth_sim_ros.ros.parts import Parts
-from cloth_sim_ros.ros.qos import profile
+from cloth_sim_ros.ros.qos import overridable, profile
 from cloth_sim_ros.simulation import diagnostics
 from cloth_sim_ros.simulation.clock import ClockPace
 from cloth_sim_ros.simulation.diagnostics import Status
@@ -30,7 +30,9 @@ class Report:
         self._missed_before = 0
         kind = messages.interface_class(DIAGNOSTICS.type_name)
         # Not a managed publisher: an inactive node has something to say too.
-        self._publisher = node.create_publisher(kind, DIAGNOSTICS.name, profile(DIAGNOSTICS.qos))
+        self._publisher = node.create_publisher(
+            kind, DIAGNOSTICS.name, profile(DIAGNOSTICS.qos), qos_overriding_options=overridable()
+        )
 
     def publish(self, runner: Runner | None, recorder: Recorder | None, session_problem: str) -> None:
         """Publish once; ``runner`` is None while the node is not active."""

@@ -39,14 +39,12 @@ class Intake:
     Args:
         simulation: gets what was accepted.
         frames: knows where the frames of the messages are.
-        wind_limit: m/s, above which the wind is capped.
         notices: says and counts what was refused.
     """
 
-    def __init__(self, simulation: Simulation, frames: FrameTree, wind_limit: float, notices: Notices) -> None:
+    def __init__(self, simulation: Simulation, frames: FrameTree, notices: Notices) -> None:
         self._simulation = simulation
         self._frames = frames
-        self._wind_limit = wind_limit
         self._notices = notices
         self._accepted: dict[str, tuple[int, float]] = {}  # stamp in ns and receipt in s, by topic
 
@@ -85,10 +83,11 @@ class Intake:
             self._simulation.set_obstacle(source.name, frame.compose(conversions.read_pose(message)))
 
     def _set_wind(self, source: Source, velocity: tuple[float, float, float]) -> None:
-        used, was_capped = capped(velocity, self._wind_limit)
+        limit = self._simulation.solver.config.max_wind_speed
+        used, was_capped = capped(velocity, limit)
         if was_capped:
             shown = ", ".join(f"{c:g}" for c in velocity)
-            allowed = f"allowed is a speed of 0 .. {self._wind_limit:g} m/s (solver.max_wind_speed)"
+            allowed = f"allowed is a speed of 0 .. {limit:g} m/s (solver.max_wind_speed)"
             self._notices.say(f"{source.topic} capped", f"{source.topic}: vector = ({shown}) m/s: {allowed}; capped")
         self._simulation.set_wind(used)
 

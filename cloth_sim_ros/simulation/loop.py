@@ -40,7 +40,7 @@ class SimulationLoop:
         self._deliver = deliver
         self._failed = failed
         self._restart = restart
-        self._budget = budget
+        self.budget = budget
         self._orders: SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = SimpleQueue()
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulation", daemon=True)
@@ -74,7 +74,7 @@ class SimulationLoop:
                 if slot.restarted:
                     self._restart()
                 if not self._simulation.paused:
-                    self._deliver(self._simulation.tick(time.monotonic(), slot.out_of_time(self._budget)), slot)
+                    self._deliver(self._simulation.tick(time.monotonic(), slot.out_of_time(self.budget)), slot)
             except Exception as error:  # a cloth that stands still and says why beats a dead node
                 self._failed(error)
 

@@ -7,6 +7,8 @@ import traceback
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from cloth_core import ClothSolver
+from cloth_sim_ros.recording.content import in_force
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.simulation.clock import Pace, Rhythm, Slot
 from cloth_sim_ros.simulation.loop import SimulationLoop
@@ -103,6 +105,14 @@ class Runner:
         """Back to the last :meth:`snapshot`; returns what happened, in words."""
         return self._order(self._restore)
 
+    def adopt(self, solver: ClothSolver) -> str:
+        """Go on with another solver; returns what happened, in words."""
+        return self._order(lambda: self._adopt(solver))
+
+    def set_budget(self, budget: float) -> None:
+        """Share of a slot after which a step hurries up, from the next one on."""
+        self._loop.budget = budget
+
     def _order(self, action: Callable[[], str]) -> str:
         """Have ``action`` done between two steps."""
         return self._loop.do(action).result(timeout=10.0)
@@ -181,6 +191,11 @@ class Runner:
         slot = Slot(self._ros_now(), None, round(1e9 * self._simulation.solver.config.dt))
         self._deliver(self._simulation.tick(time.monotonic()), slot)
         return f"paused after step {self._simulation.state.step_index}"
+
+    def _adopt(self, solver: ClothSolver) -> str:
+        self._simulation.adopt(solver)
+        self._record_event("parameters", self._ros_now(), **in_force(solver))
+        return f"in force after step {self._simulation.state.step_index}"
 
     def _keep(self) -> str:
         self._simulation.kept = kept = self._simulation.keep()

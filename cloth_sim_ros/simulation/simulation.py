@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cloth_core import Grasp, InputError, Inputs, Pose, State, StepReport
+from cloth_core import ClothSolver, Grasp, InputError, Inputs, Pose, State, StepReport
 from cloth_core.kernels import surface
 from cloth_core.physics.strain import vertex_strain
 from cloth_core.scene import Scene
@@ -68,7 +68,7 @@ class Simulation:
         self.kept: Kept | None = None
         """What :meth:`keep` gave when somebody asked for it."""
         self._start = self.state
-        self._timeout = grasp_timeout
+        self.grasp_timeout = grasp_timeout
         self._lock = threading.Lock()  # guards the inputs below
         self._world = World(
             {name: Hand() for name in scene.inputs.grasps}, scene.inputs.wind, dict(scene.inputs.obstacles)
@@ -129,6 +129,10 @@ class Simulation:
             hands = {n: Hand(must_open=self._world.hands[n].closure >= grasp.open_at) for n, grasp in grasps}
             self._world = World(hands, self.scene.inputs.wind, dict(self.scene.inputs.obstacles))
 
+    def adopt(self, solver: ClothSolver) -> None:
+        """Go on with another solver of the same cloth, obstacles and pins."""
+        self.solver = solver
+
     def keep(self) -> Kept:
         """All that it takes to go on from here as if nothing had happened since."""
         with self._lock:
@@ -162,7 +166,7 @@ class Simulation:
                     continue
                 closure = 0.0 if hand.must_open else hand.closure
                 grasps[name] = replace(self.scene.inputs.grasps[name], pose=hand.pose, closure=closure)
-                if now - hand.received > self._timeout:
+                if now - hand.received > self.grasp_timeout:
                     stale.append(name)
             inputs = replace(
                 self.scene.inputs, grasps=grasps, wind=self._world.wind, obstacles=dict(self._world.obstacles)

@@ -134,7 +134,7 @@ def test_namespace_parameter_file_and_remap_are_followed(start_node, small_scene
     assert [values[2].string_value, values[3].string_value] == [str(small_scene), "none"]
     describe = DescribeParameters.Request(names=["material.areal_density"])
     (described,) = peer.call(DescribeParameters, "/lab/cloth_sim/describe_parameters", describe).descriptors
-    assert described.read_only
+    assert not described.read_only
     assert "kg/m^2" in described.description
     assert described.floating_point_range[0].to_value == 20.0
     change = SetParameters.Request(parameters=[Parameter("solver.dt", value=0.02).to_parameter_msg()])

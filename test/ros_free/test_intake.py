@@ -31,7 +31,7 @@ class Kit:
         self.said = []
         self.simulation = Simulation(Scene.parse(SCENE))
         self.notices = Notices(self.said.append, clock=lambda: 0.0)
-        self.intake = Intake(self.simulation, FrameTree("world", [TURNED]), 40.0, self.notices)
+        self.intake = Intake(self.simulation, FrameTree("world", [TURNED]), self.notices)
 
     def inputs(self):
         return self.simulation.tick(0.0).inputs

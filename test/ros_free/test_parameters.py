@@ -12,7 +12,7 @@ from ruamel.yaml import YAML
 from cloth_core import Material, SettingError, SolverConfig
 from cloth_core.scene import Scene
 from cloth_sim_ros import share
-from cloth_sim_ros.parameters import NodeSettings, as_parameter_file, parameter_names
+from cloth_sim_ros.parameters import FIXED, NodeSettings, as_parameter_file, changed, grouped, parameter_names
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -42,8 +42,17 @@ def test_with_its_comments_taken_away_the_parameter_file_holds_every_parameter()
     assert values.keys() == {field.name for field in dataclasses.fields(NodeSettings)}
 
 
+def test_values_by_full_name_are_checked_in_the_words_of_the_full_name():
+    given = grouped({"material.friction": 0.7, "grasp_timeout": 0.5, "use_sim_time": True, "solver.substeps": 4})
+    assert given == {"": {"grasp_timeout": 0.5}, "material": {"friction": 0.7}, "solver": {"substeps": 4}}
+    assert changed(Material(), "material", given["material"]) == Material(friction=0.7)
+    with pytest.raises(SettingError, match=r"material\.friction: -1 is out of range: a number 0 \.\. 10"):
+        changed(Material(), "material", {"friction": -1})
+
+
 def test_parameter_names_walk_all_the_dataclasses():
     names = parameter_names()
+    assert set(FIXED) <= set(names)
     assert {"scene", "static_transforms", "material.areal_density", "solver.dt"} <= set(names)
     assert len(names) == len(set(names))
 

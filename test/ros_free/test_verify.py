@@ -7,7 +7,7 @@ import pytest
 
 from cloth_core import Wind
 from cloth_sim_ros import replay
-from cloth_sim_ros.recording.content import Snapshot, Step
+from cloth_sim_ros.recording.content import Snapshot, Step, in_force
 from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.recording.verify import verify
 from cloth_sim_ros.session import SessionError
@@ -67,6 +67,26 @@ def test_reset_and_restore_are_followed(cloth_session):
     result = verify(RecordedSession(session.close()))
     assert result.bit_equal
     assert result.steps == 70
+
+
+def test_parameters_that_were_changed_under_way_are_followed(cloth_session):
+    session = cloth_session()
+    session.run(12)
+    material = replace(session.solver.material, friction=1.5, areal_density=0.35, bend=1e-3)
+    session.solver = session.solver.changed(material=material, config=replace(session.solver.config, substeps=5))
+    session.recorder.event("parameters", session.state.step_index, session.stamp_ns, **in_force(session.solver))
+    session.run(30)
+    path = session.close()
+    assert verify(RecordedSession(path)).bit_equal
+    assert {len(step.sweeps) for step in RecordedSession(path).steps()} == {8, 5}
+
+
+def test_parameters_that_mean_nothing_are_named(cloth_session):
+    session = cloth_session()
+    session.recorder.event("parameters", 0, session.stamp_ns, material={"frition": 1.0}, solver={})
+    session.run(2)
+    with pytest.raises(SessionError, match=r"parameters after step 0 .*did you mean friction"):
+        verify(RecordedSession(session.close()))
 
 
 def test_a_changed_input_is_found_at_its_step_and_the_vertex_by_the_next_snapshot(cloth_session, tampered):
