@@ -8,12 +8,17 @@ from cloth_sim_ros.session import Qos
 
 NEWEST = Qos(reliability="best_effort", depth=1)
 """Poses and wind: only the newest counts, and every publisher matches."""
+RECENT = Qos(reliability="best_effort", depth=10)
+"""Joysticks and joints: a short press counts too, and every publisher matches."""
 COMMAND = Qos(reliability="reliable", depth=10)
 """Closure: none may be lost."""
 STREAM = Qos(reliability="reliable", depth=5)
 """Outputs: large messages arrive whole, and a slow reader does not hold up the others."""
 LATCHED = Qos(reliability="reliable", durability="transient_local", depth=1)
 """What changes rarely: whoever comes late gets the last one."""
+
+CLOSURES = "closures"
+"""What declares a topic that only the parameter of that name asks for."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +31,8 @@ class Interface:
         type_name: ROS interface type.
         meaning: one line for people.
         qos: what the node offers or asks for; None for services.
-        declared: part of the scene that declares the names: ``grasps``, ``obstacles``, or nothing.
+        declared: part of the scene that declares the names: ``grasps``, ``obstacles``, or nothing;
+            or :data:`CLOSURES`.
     """
 
     direction: str
@@ -48,6 +54,14 @@ GRASP_POSE = Interface(
 GRASP_CLOSURE = Interface(
     "in", "~/grasp/{name}/closure", "std_msgs/msg/Float64",
     "0 open .. 1 closed; closing captures the cloth within the grasp's radius", COMMAND, "grasps",
+)  # fmt: skip
+JOY = Interface(
+    "in", "~/joy", "sensor_msgs/msg/Joy",
+    "closure from an axis or button; this topic or others, as the parameter closures says", RECENT, CLOSURES,
+)  # fmt: skip
+JOINTS = Interface(
+    "in", "~/joint_states", "sensor_msgs/msg/JointState",
+    "closure from a joint; this topic or others, as the parameter closures says", RECENT, CLOSURES,
 )  # fmt: skip
 WIND = Interface(
     "in",
@@ -107,7 +121,7 @@ STEP = Interface("srv", "~/step", "std_srvs/srv/Trigger", "one step, while pause
 SNAPSHOT = Interface("srv", "~/snapshot", "std_srvs/srv/Trigger", "keeps the cloth and its inputs, in one place")
 RESTORE = Interface("srv", "~/restore", "std_srvs/srv/Trigger", "back to what ~/snapshot kept, bit for bit")
 
-INPUTS = (GRASP_POSE, GRASP_CLOSURE, WIND, OBSTACLE_POSE)
+INPUTS = (GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, OBSTACLE_POSE)
 OUTPUTS = (POINTS, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, *STATS.values(), DIAGNOSTICS)
 SERVICES = (PAUSE, RESET, STEP, SNAPSHOT, RESTORE)
 INTERFACES = (*INPUTS, *OUTPUTS, *SERVICES)

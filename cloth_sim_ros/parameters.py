@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 from cloth_core import Material, SettingError, SolverConfig
 from cloth_core.settings import Setting, Settings, setting
 from cloth_sim_ros.recording.recorder import RECORD
+from cloth_sim_ros.simulation.closures import FORM
 
 _Group = TypeVar("_Group", bound=Settings)
 
@@ -68,6 +69,20 @@ class NodeSettings(Settings):
         high=10.0,
         help="without a pose for so long, a grasp is held in place and reported stale",
     )
+    grasp_cutoff: float = setting(
+        "float",
+        3.0,
+        unit="Hz",
+        low=0.0,
+        high=100.0,
+        help="up to here a hand that holds still is followed, so that the jitter of its tracking is not; it rises with "
+        "the hand's speed, and the hand is never more than 2 mm and 0.02 rad ahead. 0, and with use_sim_time: poses "
+        "are taken as they come",
+    )
+    closures: tuple[str, ...] = _texts(
+        f"closures that come as an axis or button of sensor_msgs/Joy or as a joint of sensor_msgs/JointState, each as "
+        f"{FORM}: 'hand ~/joy axis 5 1 -1', 'hand /gripper/joint_states joint finger 0.04 0'"
+    )
     mesh_rate: float = setting(
         "float",
         10.0,
@@ -108,7 +123,7 @@ GROUPS: dict[str, type[Settings]] = {"": NodeSettings, "material": Material, "so
 """Parameters by prefix; those of the scene are declared with the scene's own values as defaults."""
 
 
-FIXED = ("scene", "frame_id", "static_transforms", "autostart", "record", "session_folder", "solver.dt")
+FIXED = ("scene", "frame_id", "static_transforms", "autostart", "closures", "record", "session_folder", "solver.dt")
 """Parameters that are read once, when the node is configured; all others may be changed while it runs."""
 
 

@@ -20,7 +20,7 @@ from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.live import LiveParameters
 from cloth_sim_ros.ros.pace import pace_of
 from cloth_sim_ros.ros.parameters import declare
-from cloth_sim_ros.ros.parts import Parts, assemble
+from cloth_sim_ros.ros.parts import Parts, assemble, cutoff_of
 from cloth_sim_ros.ros.report import Report
 from cloth_sim_ros.session import SessionError
 from cloth_sim_ros.simulation.runner import OrderError, Runner
@@ -159,7 +159,8 @@ class ClothNode(LifecycleNode):
 
     def _apply(self, settings: NodeSettings) -> None:
         self.settings = settings
-        self._parts.simulation.grasp_timeout = settings.grasp_timeout
+        simulation = self._parts.simulation
+        simulation.grasp_timeout, simulation.grasp_cutoff = settings.grasp_timeout, cutoff_of(self, settings)
         self._parts.outputs.mesh_rate = settings.mesh_rate
         if self._runner is not None:
             self._runner.set_budget(settings.time_budget)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
@@ -11,11 +11,11 @@ from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
 from cloth_core.scene import Scene
-from cloth_sim_ros import interfaces
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.messages import interface_class
 from cloth_sim_ros.ros.qos import IncompatibleQos, overridable, profile
-from cloth_sim_ros.simulation.intake import Intake, Source
+from cloth_sim_ros.simulation.closures import ClosureMapping
+from cloth_sim_ros.simulation.intake import Intake, Source, sources
 
 
 class Subscriptions:
@@ -24,11 +24,19 @@ class Subscriptions:
     Args:
         node: the node.
         scene: declares the names of grasps and obstacles.
+        closures: which topics closures come from, beside those of the grasps.
         intake: gets the messages.
         incompatible: is told of publishers that cannot be heard.
     """
 
-    def __init__(self, node: Node, scene: Scene, intake: Intake, incompatible: IncompatibleQos) -> None:
+    def __init__(
+        self,
+        node: Node,
+        scene: Scene,
+        closures: Sequence[ClosureMapping],
+        intake: Intake,
+        incompatible: IncompatibleQos,
+    ) -> None:
         self.recorder: Recorder | None = None
         self.active = False
         """Messages are used only while this is set."""
@@ -36,22 +44,16 @@ class Subscriptions:
         self._intake = intake
         self._undeclared: dict[str, None] = {}
         self._subscriptions: dict[str, Subscription] = {}
-        declared = {"grasps": scene.inputs.grasps, "obstacles": scene.obstacles}
-        for interface in interfaces.INPUTS:
-            for name in declared[interface.declared] if interface.declared else [""]:
-                relative = interface.named(name)
-                source = Source(node.resolve_topic_name(relative), interface, name)
-                self._subscriptions[source.topic] = node.create_subscription(
-                    interface_class(interface.type_name),
-                    relative,
-                    self._receiver(source),
-                    profile(interface.qos),
-                    event_callbacks=SubscriptionEventCallbacks(
-                        incompatible_qos=incompatible.of_subscription(source.topic)
-                    ),
-                    qos_overriding_options=overridable(),
-                    raw=True,
-                )
+        for relative, source in sources(scene, closures, node.resolve_topic_name):
+            self._subscriptions[source.topic] = node.create_subscription(
+                interface_class(source.interface.type_name),
+                relative,
+                self._receiver(source),
+                profile(source.interface.qos),
+                event_callbacks=SubscriptionEventCallbacks(incompatible_qos=incompatible.of_subscription(source.topic)),
+                qos_overriding_options=overridable(),
+                raw=True,
+            )
         self._names = {"grasp": list(scene.inputs.grasps), "obstacle": list(scene.obstacles)}
 
     def undeclared(self) -> list[str]:

@@ -18,6 +18,7 @@ from cloth_sim_ros.ros.parameters import declare, warn_of_unknown
 from cloth_sim_ros.ros.qos import IncompatibleQos
 from cloth_sim_ros.ros.tf import tf_lookup
 from cloth_sim_ros.share import load_scene
+from cloth_sim_ros.simulation.closures import mappings
 from cloth_sim_ros.simulation.frames import FrameTree
 from cloth_sim_ros.simulation.intake import Intake
 from cloth_sim_ros.simulation.notices import Notices
@@ -64,6 +65,7 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
     warn_of_unknown(node, parameter_names())
     failures, refused, hints = Notices(log.error), Notices(log.warning), Notices(log.warning)
     incompatible = IncompatibleQos(log.warning)
+    closures = mappings(settings.closures, scene.inputs.grasps)
     frames = FrameTree(settings.frame_id, settings.static_transforms, tf_lookup(node))
     simulation = _prepared(node, scene, settings)
     outputs = Outputs(
@@ -75,7 +77,7 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
     )
     undo.callback(outputs.destroy)
     intake = Intake(simulation, frames, refused)
-    inputs = Subscriptions(node, scene, intake, incompatible)
+    inputs = Subscriptions(node, scene, closures, intake, incompatible)
     undo.callback(inputs.destroy)
     return Parts(
         simulation=simulation,
@@ -90,6 +92,11 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
     )
 
 
+def cutoff_of(node: LifecycleNode, settings: NodeSettings) -> float:
+    """Hz; a simulated hand does not tremble, and what the filter makes of its poses hangs on when they are received."""
+    return 0.0 if node.get_parameter("use_sim_time").value else settings.grasp_cutoff
+
+
 def _load_scene(node: LifecycleNode, settings: NodeSettings) -> Scene:
     scene = load_scene(settings.scene, node.get_logger().warning)
     material, solver = (declare(node, getattr(scene, prefix), prefix) for prefix in ("material", "solver"))
@@ -102,7 +109,7 @@ def _prepared(node: LifecycleNode, scene: Scene, settings: NodeSettings) -> Simu
     log.info(f"scene {scene.name}: {vertices} vertices; compiling kernels, which takes half a minute the first time")
     begin = time.monotonic()
     with compiling.told(_now_and_then(log.info, begin)):
-        simulation = Simulation(scene, grasp_timeout=settings.grasp_timeout)
+        simulation = Simulation(scene, grasp_timeout=settings.grasp_timeout, grasp_cutoff=cutoff_of(node, settings))
         simulation.prepare()
     took, step = time.monotonic() - begin, 1e3 * scene.solver.dt
     log.info(f"ready after {took:.1f} s; W is {simulation.solver.representation}, a step is {step:g} ms")

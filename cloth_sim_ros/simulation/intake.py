@@ -6,15 +6,18 @@ is no fault: it means the cloth's frame, as the short way to publish by hand.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from cloth_core import InputError, Pose
 from cloth_core.physics.drag import capped
+from cloth_core.scene import Scene
 from cloth_sim_ros import interfaces
 from cloth_sim_ros.interfaces import Interface
 from cloth_sim_ros.messages import conversions
 from cloth_sim_ros.messages.conversions import NANOSECONDS, RefusedError
+from cloth_sim_ros.simulation.closures import ClosureMapping
 from cloth_sim_ros.simulation.frames import FrameTree
 from cloth_sim_ros.simulation.notices import Notices
 from cloth_sim_ros.simulation.simulation import Simulation
@@ -26,11 +29,32 @@ that starts again, a headset that restarts) and no longer as a late message."""
 
 @dataclass(frozen=True)
 class Source:
-    """One input topic: its resolved name, what it is, and the grasp or obstacle that it belongs to."""
+    """One input topic: its full name, what it is, the grasp or obstacle that it belongs to, closures read from it."""
 
     topic: str
     interface: Interface
     name: str = ""
+    closures: tuple[ClosureMapping, ...] = ()
+
+
+def sources(
+    scene: Scene, closures: Sequence[ClosureMapping], full_name: Callable[[str], str]
+) -> list[tuple[str, Source]]:
+    """What a scene and mappings of closures listen to: names relative to the node, each with its source.
+
+    Args:
+        scene: declares the names of grasps and obstacles.
+        closures: name further topics.
+        full_name: resolves and remaps a topic.
+    """
+    declared = {"": [""], "grasps": scene.inputs.grasps, "obstacles": scene.obstacles, interfaces.CLOSURES: []}
+    named = [(i, i.named(name), name) for i in interfaces.INPUTS for name in declared[i.declared]]
+    found = [(topic, Source(full_name(topic), interface, name)) for interface, topic, name in named]
+    for topic in dict.fromkeys(mapping.topic for mapping in closures):
+        those = tuple(mapping for mapping in closures if mapping.topic == topic)
+        interface = interfaces.JOINTS if those[0].kind == "joint" else interfaces.JOY
+        found.append((topic, Source(full_name(topic), interface, closures=those)))
+    return found
 
 
 class Intake:
@@ -58,6 +82,9 @@ class Intake:
             if source.interface is interfaces.GRASP_CLOSURE:
                 self._simulation.set_closure(source.name, conversions.read_closure(message))
                 return True
+            if source.closures:
+                self._read_closures(source, message)
+                return True
             stamp = self._checked_stamp(source, message, now)
             frame = self._frames.to_cloth(message.header.frame_id)
             self._apply(source, message, frame, now)
@@ -72,6 +99,12 @@ class Intake:
     def refuse(self, topic: str, field: str, problem: str) -> None:
         """Count and say that a message was not used."""
         self._notices.say(f"{topic} {field}", f"{topic}: {problem}; ignored, the last good value stays")
+
+    def _read_closures(self, source: Source, message: Any) -> None:
+        for mapping in source.closures:
+            closure = mapping.read(message)
+            if closure is not None:
+                self._simulation.set_closure(mapping.grasp, closure)
 
     def _apply(self, source: Source, message: Any, frame: Pose, now: float) -> None:
         if source.interface is interfaces.WIND:

@@ -58,9 +58,10 @@ class Simulation:
     Args:
         scene: what is simulated.
         grasp_timeout: s without a pose after which a grasp counts as stale.
+        grasp_cutoff: Hz up to which a hand that holds still is followed; 0: poses are taken as they come.
     """
 
-    def __init__(self, scene: Scene, *, grasp_timeout: float = 0.1) -> None:
+    def __init__(self, scene: Scene, *, grasp_timeout: float = 0.1, grasp_cutoff: float = 0.0) -> None:
         self.scene = scene
         self.solver, self.state = scene.build()
         self.paused = False
@@ -68,7 +69,7 @@ class Simulation:
         self.kept: Kept | None = None
         """What :meth:`keep` gave when somebody asked for it."""
         self._start = self.state
-        self.grasp_timeout = grasp_timeout
+        self.grasp_timeout, self.grasp_cutoff = grasp_timeout, grasp_cutoff
         self._lock = threading.Lock()  # guards the inputs below
         self._world = World(
             {name: Hand() for name in scene.inputs.grasps}, scene.inputs.wind, dict(scene.inputs.obstacles)
@@ -82,7 +83,7 @@ class Simulation:
     def set_grasp_pose(self, name: str, pose: Pose, now: float) -> None:
         """Pose of a gripper in the cloth's frame; ``now`` is the receipt in monotonic s."""
         with self._lock:
-            self._world.hands[name] = replace(self._hand(name), pose=pose, received=now)
+            self._world.hands[name] = self._hand(name).seen(pose, now, self.grasp_cutoff)
 
     def set_closure(self, name: str, closure: float) -> None:
         """How far a gripper is closed, 0 .. 1; it waits for the gripper's first pose."""
@@ -162,11 +163,11 @@ class Simulation:
             grasps: dict[str, Grasp] = {}
             stale = []
             for name, hand in self._world.hands.items():
-                if hand.pose is None:
+                if hand.tracked is None:
                     continue
                 closure = 0.0 if hand.must_open else hand.closure
-                grasps[name] = replace(self.scene.inputs.grasps[name], pose=hand.pose, closure=closure)
-                if now - hand.received > self.grasp_timeout:
+                grasps[name] = replace(self.scene.inputs.grasps[name], pose=hand.tracked.pose, closure=closure)
+                if now - hand.tracked.at > self.grasp_timeout:
                     stale.append(name)
             inputs = replace(
                 self.scene.inputs, grasps=grasps, wind=self._world.wind, obstacles=dict(self._world.obstacles)

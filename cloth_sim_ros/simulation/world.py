@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cloth_core import ClothSolver, Pose, Wind
+from cloth_sim_ros.simulation.jitter import Tracked
 
 
 @dataclass(frozen=True)
 class Hand:
     """The newest of one grasp: its pose and when it came, its closure."""
 
-    pose: Pose | None = None
-    received: float = 0.0
+    tracked: Tracked | None = None
     closure: float = 0.0
     must_open: bool = False
+
+    def seen(self, pose: Pose, now: float, cutoff: float) -> Hand:
+        """The hand with another pose, received at ``now`` (monotonic s); ``cutoff`` Hz takes its jitter away."""
+        tracked = self.tracked.next(pose, now, cutoff) if self.tracked else Tracked(pose, pose, now)
+        return replace(self, tracked=tracked)
 
 
 @dataclass(frozen=True, eq=False)

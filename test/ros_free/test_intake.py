@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from types import SimpleNamespace as Message
 
 import pytest
 
+from cloth_core import SettingError
 from cloth_core.scene import Scene
 from cloth_sim_ros import interfaces
+from cloth_sim_ros.simulation.closures import ClosureMapping, mappings
 from cloth_sim_ros.simulation.frames import FrameTree
-from cloth_sim_ros.simulation.intake import NEW_EPOCH_AFTER, Intake, Source
+from cloth_sim_ros.simulation.intake import NEW_EPOCH_AFTER, Intake, Source, sources
 from cloth_sim_ros.simulation.notices import Notices
 from cloth_sim_ros.simulation.simulation import Simulation
 
@@ -141,6 +144,55 @@ def test_after_a_reset_any_stamp_counts(kit):
     kit.intake.receive(BALL, pose(0.1, stamp=100.0), 0.0)
     kit.intake.forget_stamps()
     assert kit.intake.receive(BALL, pose(0.2, stamp=1.0), 0.0)
+
+
+def test_closures_come_from_axes_buttons_and_joints_and_what_is_not_there_is_named(kit):
+    axis, joint = ClosureMapping.parse("hand ~/joy axis 1 1 -1"), ClosureMapping.parse("hand /arm joint finger 0.04 0")
+    joy, arm = Source("/joy", interfaces.JOY, closures=(axis,)), Source("/arm", interfaces.JOINTS, closures=(joint,))
+    kit.intake.receive(HAND, pose(), 0.0)
+    assert kit.intake.receive(joy, Message(axes=[0.0, -0.5], buttons=[]), 0.0)
+    assert kit.inputs().grasps["hand"].closure == 0.75
+    assert kit.intake.receive(arm, Message(name=["wrist", "finger"], position=[1.0, 0.01]), 0.0)
+    assert kit.inputs().grasps["hand"].closure == pytest.approx(0.75)
+    assert kit.intake.receive(arm, Message(name=["wrist"], position=[1.0]), 0.0)  # of another part of the robot
+    assert kit.said == []
+    assert not kit.intake.receive(joy, Message(axes=[0.0], buttons=[]), 0.0)
+    assert not kit.intake.receive(joy, Message(axes=[0.0, math.nan], buttons=[]), 0.0)
+    assert set(kit.notices.counts) == {"/joy axis 1"}
+    assert "there are 0 .. 0" in kit.said[0]
+    assert kit.inputs().grasps["hand"].closure == pytest.approx(0.75)
+
+
+def test_sources_are_those_of_the_scene_and_of_the_mapped_closures():
+    closures = mappings(["hand ~/joy axis 1", "hand ~/joy button 0", "hand /arm joint finger"], ["hand"])
+    found = {source.topic: source for _, source in sources(Scene.parse(SCENE), closures, lambda name: f"/n{name[1:]}")}
+    assert set(found) == {
+        "/n/grasp/hand/pose",
+        "/n/grasp/hand/closure",
+        "/n/wind",
+        "/n/obstacle/ball/pose",
+        "/n/joy",
+        "/narm",
+    }
+    assert found["/n/joy"].closures == closures[:2]
+    assert found["/narm"].interface is interfaces.JOINTS
+
+
+@pytest.mark.parametrize(
+    ("texts", "part"),
+    [
+        (["hand ~/joy axis"], "is not of the form"),
+        (["hand ~/joy axis one"], "is not of the form"),
+        (["hand ~/joy axis -1"], "is not of the form"),
+        (["hand ~/joy axis 1 0.5 0.5"], "different numbers"),
+        (["hand ~/joy stick 1"], "axis|button|joint"),
+        (["left ~/joy axis 1"], "no grasp left; this scene has hand"),
+        (["hand ~/joy axis 1", "hand ~/joy joint a"], "both joints and axes"),
+    ],
+)
+def test_a_mapping_that_means_nothing_is_refused(texts, part):
+    with pytest.raises(SettingError, match=re.escape(part)):
+        mappings(texts, ["hand"])
 
 
 def test_an_empty_frame_is_the_cloths_and_no_fault(kit):
