@@ -75,9 +75,22 @@ OBSTACLE_POSE = Interface(
     "moves an obstacle; its surface drags cloth along", NEWEST, "obstacles",
 )  # fmt: skip
 
+CAMERA_POSE = Interface(
+    "in", "~/camera/pose", "geometry_msgs/msg/PoseStamped",
+    "optical frame (z ahead, x right, y down) of the camera for visible_points", NEWEST,
+)  # fmt: skip
+CAMERA_INFO = Interface(
+    "in", "~/camera/info", "sensor_msgs/msg/CameraInfo",
+    "its pinhole, undistorted; 640 x 480 and 60 degrees before one came. Its frame_id is used if no pose comes", NEWEST,
+)  # fmt: skip
+
 POINTS = Interface(
     "out", "~/cloth/points", "sensor_msgs/msg/PointCloud2",
     "every step: x y z normal_x normal_y normal_z strain (float32), vertex_id (uint32)", STREAM,
+)  # fmt: skip
+VISIBLE = Interface(
+    "out", "~/cloth/visible_points", "sensor_msgs/msg/PointCloud2",
+    "the points that the camera sees, fields as in ~/cloth/points; only while somebody listens", STREAM,
 )  # fmt: skip
 MESH = Interface(
     "out",
@@ -121,8 +134,8 @@ STEP = Interface("srv", "~/step", "std_srvs/srv/Trigger", "one step, while pause
 SNAPSHOT = Interface("srv", "~/snapshot", "std_srvs/srv/Trigger", "keeps the cloth and its inputs, in one place")
 RESTORE = Interface("srv", "~/restore", "std_srvs/srv/Trigger", "back to what ~/snapshot kept, bit for bit")
 
-INPUTS = (GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, OBSTACLE_POSE)
-OUTPUTS = (POINTS, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, *STATS.values(), DIAGNOSTICS)
+INPUTS = (GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, OBSTACLE_POSE, CAMERA_POSE, CAMERA_INFO)
+OUTPUTS = (POINTS, VISIBLE, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, *STATS.values(), DIAGNOSTICS)
 SERVICES = (PAUSE, RESET, STEP, SNAPSHOT, RESTORE)
 INTERFACES = (*INPUTS, *OUTPUTS, *SERVICES)
 

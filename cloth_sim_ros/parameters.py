@@ -91,6 +91,9 @@ class NodeSettings(Settings):
         high=1000.0,
         help="rate of ~/cloth/mesh above 2500 vertices; below, every step",
     )
+    visible_rate: float = setting(
+        "float", 10.0, unit="Hz", low=0.1, high=1000.0, help="rate of ~/cloth/visible_points, at most that of the steps"
+    )
     time_budget: float = setting(
         "float",
         0.8,

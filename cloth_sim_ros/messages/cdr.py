@@ -32,7 +32,8 @@ class PointCloudEncoder:
         fields = [(name, _FLOAT32) for name in _CLOUD_FIELDS] + [("vertex_id", _UINT32)]
         self._message, data = _cloud_template(self._frame_id, fields, vertex_count)
         self._values = data.view("<f4").reshape(vertex_count, 8)
-        data.view("<u4").reshape(vertex_count, 8)[:, 7] = np.arange(vertex_count)
+        self._ids = data.view("<u4").reshape(vertex_count, 8)[:, 7]
+        self._ids[:] = np.arange(vertex_count)
 
     def encode(
         self,
@@ -40,10 +41,12 @@ class PointCloudEncoder:
         position: NDArray[np.float64],
         normal: NDArray[np.float64],
         strain: NDArray[np.float64],
+        vertex_id: NDArray[np.uint32] | None = None,
     ) -> bytes:
         """Bytes of the cloud at ``stamp_ns`` [ns].
 
-        ``position`` [m] and unit ``normal`` have shape (V, 3), ``strain`` [1] has shape (V,).
+        ``position`` [m] and unit ``normal`` have shape (V, 3), ``strain`` [1] has shape (V,). ``vertex_id`` (V,)
+        numbers the points; 0 .. V - 1 if it never was given.
         Raises ValueError when the shapes disagree or the stamp does not fit into a ROS time.
         """
         vertex_count = len(position)
@@ -60,6 +63,8 @@ class PointCloudEncoder:
         self._values[:, 0:3] = position
         self._values[:, 3:6] = normal
         self._values[:, 6] = strain
+        if vertex_id is not None:
+            self._ids[:] = vertex_id
         return self._message.tobytes()
 
 

@@ -9,9 +9,11 @@ import math
 from typing import Any
 
 from cloth_core import InputError, Pose
+from cloth_sim_ros.vision.camera import Lens
 
 NANOSECONDS = 1_000_000_000
 POSITION_LIMIT = 1e6
+MOST_PIXELS = 100_000
 
 
 class RefusedError(InputError):
@@ -67,6 +69,22 @@ def read_closure(message: Any) -> float:
     if not 0.0 <= closure <= 1.0:
         raise RefusedError("data", f"= {closure:g} (closure): allowed is 0 (open) .. 1 (closed), without unit")
     return closure
+
+
+def read_lens(message: Any) -> Lens:
+    """The pinhole of a sensor_msgs/CameraInfo.
+
+    Raises:
+        RefusedError: the size or the focal length is not positive, as of a camera that was not calibrated.
+    """
+    fx, _, cx, _, fy, cy, *_ = (float(number) for number in message.k)
+    if not 0 < message.width <= MOST_PIXELS or not 0 < message.height <= MOST_PIXELS:
+        allowed = f"allowed are 1 .. {MOST_PIXELS} pixels each way"
+        raise RefusedError("width, height", f"= {message.width}, {message.height}: {allowed}")
+    if not all(math.isfinite(number) for number in (fx, fy, cx, cy)) or fx <= 0.0 or fy <= 0.0:
+        allowed = "allowed are finite numbers, focal lengths above 0 pixels"
+        raise RefusedError("k", f"says fx, fy, cx, cy = {_numbers((fx, fy, cx, cy))}: {allowed}")
+    return Lens(int(message.width), int(message.height), fx, fy, cx, cy)
 
 
 def stamp_ns(message: Any) -> int:

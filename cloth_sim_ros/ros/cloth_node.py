@@ -161,7 +161,8 @@ class ClothNode(LifecycleNode):
         self.settings = settings
         simulation = self._parts.simulation
         simulation.grasp_timeout, simulation.grasp_cutoff = settings.grasp_timeout, cutoff_of(self, settings)
-        self._parts.outputs.mesh_rate = settings.mesh_rate
+        outputs = self._parts.outputs
+        outputs.mesh_rate, outputs.visible_rate = settings.mesh_rate, settings.visible_rate
         if self._runner is not None:
             self._runner.set_budget(settings.time_budget)
 

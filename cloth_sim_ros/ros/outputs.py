@@ -18,6 +18,8 @@ from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.messages import interface_class, obstacle_markers
 from cloth_sim_ros.ros.qos import IncompatibleQos, overridable, profile
 from cloth_sim_ros.simulation.simulation import Frame, Simulation
+from cloth_sim_ros.vision.camera import Viewpoint
+from cloth_sim_ros.vision.visible import visible_vertices
 
 FAST_MESH_VERTICES = 2500
 CLOTH_COLOUR = (0.76, 0.16, 0.22, 1.0)
@@ -32,6 +34,8 @@ class Outputs:
         simulation: what is shown.
         frame_id: frame of everything published.
         mesh_rate: Hz of the mesh of a large cloth.
+        visible_rate: Hz of what the camera sees.
+        viewpoint: the camera.
         incompatible: is told of subscribers that cannot be served.
     """
 
@@ -42,15 +46,18 @@ class Outputs:
         *,
         frame_id: str,
         mesh_rate: float,
+        visible_rate: float,
+        viewpoint: Viewpoint,
         incompatible: IncompatibleQos,
     ) -> None:
         self.recorder: Recorder | None = None
         self._node = node
         self._simulation = simulation
         self._frame_id = frame_id
-        self.mesh_rate = mesh_rate
+        self.mesh_rate, self.visible_rate = mesh_rate, visible_rate
+        self._viewpoint = viewpoint
         mesh = simulation.solver.mesh
-        self._points = PointCloudEncoder(frame_id)
+        self._points, self._visible = PointCloudEncoder(frame_id), PointCloudEncoder(frame_id)
         self._marker = MarkerEncoder(frame_id, "cloth", 0, CLOTH_COLOUR, mesh.triangles)
         self._publishers = {
             i: self._publisher(i, incompatible) for i in interfaces.OUTPUTS if i is not interfaces.DIAGNOSTICS
@@ -71,7 +78,13 @@ class Outputs:
         """Publish what else belongs to ``frame``: what is due, and what somebody wants."""
         if not self._topology_sent:
             self._publish_topology(frame, stamp_ns)
-        if frame.step_index % self._mesh_every() == 0 and self._wanted(interfaces.MESH):
+        if (
+            self._viewpoint.pose is not None
+            and self._is_due(frame, self.visible_rate)
+            and self._heard(interfaces.VISIBLE)
+        ):
+            self._publish_visible(frame, stamp_ns)
+        if self._mesh_is_due(frame) and self._wanted(interfaces.MESH):
             self._send(interfaces.MESH, self._marker.encode(stamp_ns, frame.position), stamp_ns)
         poses = frame.state.obstacles
         if poses != self._obstacles_shown or not 0 <= stamp_ns - self._obstacles_at < 1_000_000_000:
@@ -86,11 +99,12 @@ class Outputs:
             self._node.destroy_lifecycle_publisher(publisher)
         self._publishers.clear()
 
-    def _mesh_every(self) -> int:
-        """Steps from one mesh to the next."""
-        solver = self._simulation.solver
-        small = solver.mesh.vertex_count <= FAST_MESH_VERTICES
-        return 1 if small else max(1, round(1.0 / (self.mesh_rate * solver.config.dt)))
+    def _is_due(self, frame: Frame, rate: float) -> bool:
+        """Whether what is published at ``rate`` Hz is so now."""
+        return frame.step_index % max(1, round(1.0 / (rate * self._simulation.solver.config.dt))) == 0
+
+    def _mesh_is_due(self, frame: Frame) -> bool:
+        return len(frame.position) <= FAST_MESH_VERTICES or self._is_due(frame, self.mesh_rate)
 
     def _publisher(self, interface: Interface, incompatible: IncompatibleQos) -> LifecyclePublisher:
         topic = self._node.resolve_topic_name(interface.name)
@@ -101,6 +115,14 @@ class Outputs:
             event_callbacks=PublisherEventCallbacks(incompatible_qos=incompatible.of_publisher(topic)),
             qos_overriding_options=overridable(),
         )
+
+    def _publish_visible(self, frame: Frame, stamp_ns: int) -> None:
+        solver, camera = self._simulation.solver, self._viewpoint
+        seen = visible_vertices(
+            camera.pose, camera.lens, frame.position, solver.mesh.triangles, solver.obstacles, frame.state.obstacles
+        )
+        cloud = self._visible.encode(stamp_ns, frame.position[seen], frame.normal[seen], frame.strain[seen], seen)
+        self._send(interfaces.VISIBLE, cloud, stamp_ns)
 
     def _publish_topology(self, frame: Frame, stamp_ns: int) -> None:
         triangles = self._simulation.solver.mesh.triangles
@@ -116,6 +138,9 @@ class Outputs:
     def _wanted(self, interface: Interface) -> bool:
         if self.recorder is not None and self.recorder.wants(interface.type_name):
             return True
+        return self._heard(interface)
+
+    def _heard(self, interface: Interface) -> bool:
         return self._publishers[interface].get_subscription_count() > 0
 
     def _send(self, interface: Interface, cdr: bytes, stamp_ns: int) -> None:

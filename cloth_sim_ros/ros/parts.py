@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from rclpy.lifecycle import LifecycleNode
 
-from cloth_core import compiling
+from cloth_core import Pose, compiling
 from cloth_core.scene import Scene
 from cloth_sim_ros.parameters import NodeSettings, parameter_names
 from cloth_sim_ros.ros.inputs import Subscriptions
@@ -23,6 +23,8 @@ from cloth_sim_ros.simulation.frames import FrameTree
 from cloth_sim_ros.simulation.intake import Intake
 from cloth_sim_ros.simulation.notices import Notices
 from cloth_sim_ros.simulation.simulation import Simulation
+from cloth_sim_ros.vision.camera import Lens
+from cloth_sim_ros.vision.visible import visible_vertices
 
 _SAID_EVERY_S = 2.0
 
@@ -68,15 +70,17 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
     closures = mappings(settings.closures, scene.inputs.grasps)
     frames = FrameTree(settings.frame_id, settings.static_transforms, tf_lookup(node))
     simulation = _prepared(node, scene, settings)
+    intake = Intake(simulation, frames, refused)
     outputs = Outputs(
         node,
         simulation,
         frame_id=settings.frame_id,
         mesh_rate=settings.mesh_rate,
+        visible_rate=settings.visible_rate,
+        viewpoint=intake.viewpoint,
         incompatible=incompatible,
     )
     undo.callback(outputs.destroy)
-    intake = Intake(simulation, frames, refused)
     inputs = Subscriptions(node, scene, closures, intake, incompatible)
     undo.callback(inputs.destroy)
     return Parts(
@@ -111,6 +115,7 @@ def _prepared(node: LifecycleNode, scene: Scene, settings: NodeSettings) -> Simu
     with compiling.told(_now_and_then(log.info, begin)):
         simulation = Simulation(scene, grasp_timeout=settings.grasp_timeout, grasp_cutoff=cutoff_of(node, settings))
         simulation.prepare()
+        visible_vertices(Pose(), Lens(), simulation.state.position, scene.mesh.triangles, scene.obstacles, {})
     took, step = time.monotonic() - begin, 1e3 * scene.solver.dt
     log.info(f"ready after {took:.1f} s; W is {simulation.solver.representation}, a step is {step:g} ms")
     return simulation

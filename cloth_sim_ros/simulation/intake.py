@@ -21,6 +21,7 @@ from cloth_sim_ros.simulation.closures import ClosureMapping
 from cloth_sim_ros.simulation.frames import FrameTree
 from cloth_sim_ros.simulation.notices import Notices
 from cloth_sim_ros.simulation.simulation import Simulation
+from cloth_sim_ros.vision.camera import Viewpoint
 
 NEW_EPOCH_AFTER = 1.0
 """s without an accepted message after which an older stamp is taken as a clock that was set back (a bag
@@ -67,6 +68,8 @@ class Intake:
     """
 
     def __init__(self, simulation: Simulation, frames: FrameTree, notices: Notices) -> None:
+        self.viewpoint = Viewpoint()
+        """The camera."""
         self._simulation = simulation
         self._frames = frames
         self._notices = notices
@@ -84,6 +87,9 @@ class Intake:
                 return True
             if source.closures:
                 self._read_closures(source, message)
+                return True
+            if source.interface is interfaces.CAMERA_INFO:
+                self._read_camera(message)
                 return True
             stamp = self._checked_stamp(source, message, now)
             frame = self._frames.to_cloth(message.header.frame_id)
@@ -106,12 +112,20 @@ class Intake:
             if closure is not None:
                 self._simulation.set_closure(mapping.grasp, closure)
 
+    def _read_camera(self, message: Any) -> None:
+        self.viewpoint.lens = conversions.read_lens(message)
+        if not self.viewpoint.follows_topic:
+            self.viewpoint.pose = self._frames.to_cloth(message.header.frame_id)
+
     def _apply(self, source: Source, message: Any, frame: Pose, now: float) -> None:
         if source.interface is interfaces.WIND:
             velocity = frame.rotation @ conversions.read_wind(message)
             self._set_wind(source, tuple(float(c) for c in velocity))  # type: ignore[arg-type]
         elif source.interface is interfaces.GRASP_POSE:
             self._simulation.set_grasp_pose(source.name, frame.compose(conversions.read_pose(message)), now)
+        elif source.interface is interfaces.CAMERA_POSE:
+            self.viewpoint.pose = frame.compose(conversions.read_pose(message))
+            self.viewpoint.follows_topic = True
         else:
             self._simulation.set_obstacle(source.name, frame.compose(conversions.read_pose(message)))
 

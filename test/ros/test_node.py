@@ -9,7 +9,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import CameraInfo, PointCloud2
 from shape_msgs.msg import Mesh
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
@@ -136,6 +136,31 @@ def test_a_moved_obstacle_is_shown_where_it_is(peer):
     ball = next(marker for marker in shown[-1].markers if marker.ns == "ball")
     assert (ball.type, ball.scale.x) == (Marker.SPHERE, pytest.approx(0.2))
     peer.wait_until(lambda: ball_at(0.25), "the ball at 0.25 m", meanwhile=lambda: move(pose(0.25, 0.0, 0.2)))
+
+
+def test_the_camera_sees_what_neither_the_ball_nor_the_floor_hides(peer):
+    seen = peer.listen(PointCloud2, "cloth/visible_points")
+    clouds = peer.listen(PointCloud2, "cloth/points")
+    look = peer.speak(PoseStamped, "camera/pose", 1)
+    above, below = pose(0.01, 0.02, 3.0), pose(0.0, 0.0, -3.0)
+    above.pose.orientation.x, above.pose.orientation.w = 1.0, 0.0  # looks down
+
+    def sees(count):
+        return seen and seen[-1].width == count
+
+    # From above all that is not yet folded, from under the floor nothing.
+    peer.wait_until(lambda: sees(0), "a camera that sees nothing", meanwhile=lambda: look(below))
+    assert peer.call(Trigger, "reset", Trigger.Request()).success
+    peer.wait_until(lambda: sees(VERTICES), "a camera that sees the cloth whole", meanwhile=lambda: look(above))
+    info = CameraInfo(width=640, height=480, k=[5540.0, 0.0, 319.5, 0.0, 5540.0, 239.5, 0.0, 0.0, 1.0])
+    tell = peer.speak(CameraInfo, "camera/info", 1)
+    peer.wait_until(
+        lambda: seen and 0 < seen[-1].width < VERTICES / 2, "a lens that sees a part", meanwhile=lambda: tell(info)
+    )
+    part = np.frombuffer(bytes(seen[-1].data), POINT)
+    whole = next(cloud for cloud in clouds if stamp(cloud) == stamp(seen[-1]))
+    assert positions(seen[-1]).tolist() == positions(whole)[part["id"]].tolist()
+    assert np.abs(positions(seen[-1])[:, 0] - 0.01).max() < 0.06 * 3.0
 
 
 def test_pause_stops_the_clouds_and_lets_them_go_on(peer):

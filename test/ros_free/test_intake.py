@@ -16,6 +16,7 @@ from cloth_sim_ros.simulation.frames import FrameTree
 from cloth_sim_ros.simulation.intake import NEW_EPOCH_AFTER, Intake, Source, sources
 from cloth_sim_ros.simulation.notices import Notices
 from cloth_sim_ros.simulation.simulation import Simulation
+from cloth_sim_ros.vision.camera import Lens
 
 SCENE = """
 cloth: {grid: {width: 0.4, height: 0.4, columns: 3, rows: 3}, position: [0.0, 0.0, 0.5]}
@@ -163,6 +164,22 @@ def test_closures_come_from_axes_buttons_and_joints_and_what_is_not_there_is_nam
     assert kit.inputs().grasps["hand"].closure == pytest.approx(0.75)
 
 
+def test_a_camera_stands_where_its_topic_says_or_else_where_its_frame_is(kit):
+    info, where = Source("/info", interfaces.CAMERA_INFO), Source("/camera", interfaces.CAMERA_POSE)
+    k = [500.0, 0.0, 320.0, 0.0, 510.0, 240.0, 0.0, 0.0, 1.0]
+    assert kit.intake.receive(info, Message(header=header("turned"), width=640, height=480, k=k), 0.0)
+    view = kit.intake.viewpoint
+    assert view.lens == Lens(640, 480, 500.0, 510.0, 320.0, 240.0)
+    assert view.pose.position == (1.0, 0.0, 0.0)
+    assert kit.intake.receive(where, pose(0.0, 0.0, 2.0), 0.0)
+    assert kit.intake.receive(info, Message(header=header("turned"), width=64, height=48, k=k), 0.0)
+    assert (view.pose.position, view.lens.width) == ((0.0, 0.0, 2.0), 64)
+    assert not kit.intake.receive(info, Message(header=header(), width=640, height=480, k=[0.0] * 9), 0.0)
+    assert not kit.intake.receive(info, Message(header=header(), width=0, height=480, k=k), 0.0)
+    assert set(kit.notices.counts) == {"/info k", "/info width, height"}
+    assert view.lens.width == 64
+
+
 def test_sources_are_those_of_the_scene_and_of_the_mapped_closures():
     closures = mappings(["hand ~/joy axis 1", "hand ~/joy button 0", "hand /arm joint finger"], ["hand"])
     found = {source.topic: source for _, source in sources(Scene.parse(SCENE), closures, lambda name: f"/n{name[1:]}")}
@@ -171,6 +188,8 @@ def test_sources_are_those_of_the_scene_and_of_the_mapped_closures():
         "/n/grasp/hand/closure",
         "/n/wind",
         "/n/obstacle/ball/pose",
+        "/n/camera/pose",
+        "/n/camera/info",
         "/n/joy",
         "/narm",
     }
