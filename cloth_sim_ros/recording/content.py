@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cloth_core import ClothSolver, Inputs, Material, SolverConfig
+from cloth_core import ClothSolver, Inputs
 from cloth_sim_ros.messages.cdr import decode_octets, decode_string, encode_octets, encode_string
 
 
@@ -110,12 +110,6 @@ class Event:
 def in_force(solver: ClothSolver) -> dict[str, dict[str, Any]]:
     """What ``solver`` computes with, in JSON's types."""
     return {"material": solver.material.as_mapping(), "solver": solver.config.as_mapping()}
-
-
-def with_parameters(solver: ClothSolver, details: Mapping[str, Mapping[str, Any]]) -> ClothSolver:
-    """``solver`` changed to what :func:`in_force` gave. Raises ClothError or KeyError when it is none."""
-    material, config = Material.from_mapping(details["material"]), SolverConfig.from_mapping(details["solver"])
-    return solver.changed(material=material, config=config)
 
 
 def pack(arrays: Mapping[str, np.ndarray]) -> bytes:

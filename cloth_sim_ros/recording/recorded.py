@@ -22,6 +22,29 @@ class Stamped(NamedTuple):
     entry: Step | Snapshot | Event
 
 
+class ForeignBag:
+    """A bag that something else recorded: there is nothing in it but topics."""
+
+    namespace = ""
+    bookkeeping: frozenset[str] = frozenset()
+
+    def __init__(self, reader: SessionReader) -> None:
+        self.reader = reader
+        self.path = reader.path
+        self.about: dict[str, str] = {}
+
+    @property
+    def complete(self) -> bool:
+        """False when the recording was cut off."""
+        return self.reader.complete
+
+
+def open_recording(path: Path | str) -> RecordedSession | ForeignBag:
+    """A session, or whatever bag there is at ``path``. Raises SessionError when there is none."""
+    reader = SessionReader(path)
+    return RecordedSession(path) if METADATA in reader.metadata else ForeignBag(reader)
+
+
 class RecordedSession:
     """A session of the cloth simulation at ``path``: a bag folder or .mcap file, cut-off ones included.
 
@@ -37,6 +60,8 @@ class RecordedSession:
                 f"{path}: a bag, but not a session of the cloth simulation: it lacks the metadata {METADATA}"
             )
         self.about: dict[str, str] = self.reader.metadata[METADATA]
+        self.window_ns: tuple[int, int] | None = None
+        """Log times [ns] between which entries are given: from the first snapshot in there on."""
         self._kinds = {f"{self.namespace.rstrip('/')}/{kind.topic}": kind for kind in _ENTRIES}
 
     @property
@@ -68,8 +93,18 @@ class RecordedSession:
         Raises:
             SessionError: one of them is damaged.
         """
+        first, last = self.window_ns or (0, 2**64)
+        begun = self.window_ns is None
         for record in self.reader.messages(self._kinds):
-            yield Stamped(record.log_time_ns, self._decode(record))
+            if record.log_time_ns > last:
+                return
+            if not begun and record.log_time_ns < first and self._kinds[record.topic] is not Event:
+                continue
+            entry = self._decode(record)
+            begun = begun or isinstance(entry, Snapshot)
+            # Parameters stay in force, whenever it was that they were changed.
+            if begun or (isinstance(entry, Event) and entry.kind == "parameters"):
+                yield Stamped(record.log_time_ns, entry)
 
     def steps(self) -> Iterator[Step]:
         """The steps alone."""

@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cloth_core import ClothError, ClothSolver, State
-from cloth_sim_ros.recording.content import Event, Snapshot, Step, with_parameters
+from cloth_core import State
+from cloth_sim_ros.recording.content import Snapshot, Step
+from cloth_sim_ros.recording.follow import Follower
 from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.session import SessionError
 
 Progress = Callable[[int, float], None]
 _POINT_BYTES = 32
-_NEW_EPISODE = ("reset", "restore")
 
 
 @dataclass(frozen=True)
@@ -89,66 +89,48 @@ def verify(session: RecordedSession, on_progress: Progress | None = None) -> Ver
 
 
 class _Rerun:
-    """The simulation that follows the recording entry by entry."""
+    """The simulation that follows the recording entry by entry, and what it is compared with."""
 
     def __init__(self, session: RecordedSession, on_progress: Progress | None) -> None:
         self._session = session
         self._on_progress = on_progress
-        self._solver: ClothSolver = session.scene.build()[0]
-        self._state: State | None = None  # none while the next snapshot says where to go on
+        self._follower = Follower(session)
         self._steps = self._snapshots = 0
         self._difference: Difference | None = None
         self._start = 0.0
 
     def run(self) -> Verification:
         """Follow the recording until it ends, or until a difference has been pinned down."""
-        self._solver.prepare()
         self._start = time.perf_counter()
         for stamp_ns, entry in self._session.entries():
+            self._follower.follow(entry)
             if isinstance(entry, Step):
-                self._do(entry, stamp_ns)
+                self._check_step(entry, stamp_ns)
             elif isinstance(entry, Snapshot):
                 self._check_snapshot(entry)
-            elif entry.kind in _NEW_EPISODE:
-                self._state = None
-            elif entry.kind == "parameters":
-                self._change(entry)
             if self._difference is not None and (self._difference.vertex is not None or not isinstance(entry, Step)):
                 break  # nothing later tells more
         if self._steps == 0:
             raise SessionError(f"{self._session.path}: holds no step to compare")
         wall = time.perf_counter() - self._start
-        simulated = self._steps * self._solver.config.dt
+        simulated = self._steps * self._follower.solver.config.dt
         return Verification(self._steps, self._snapshots, self._difference, simulated, wall)
 
-    def _do(self, step: Step, stamp_ns: int) -> None:
-        if self._state is None or step.index != self._state.step_index + 1:
-            before = "no snapshot" if self._state is None else f"step {self._state.step_index}"
-            raise SessionError(
-                f"{self._session.path}: step {step.index} follows {before}: something is missing between"
-            )
-        try:
-            self._state = self._solver.step(self._state, step.inputs, sweeps=step.sweeps)
-        except ClothError as error:
-            raise SessionError(f"{self._session.path}: step {step.index} cannot be computed: {error}") from error
+    @property
+    def _state(self) -> State:
+        assert self._follower.state is not None
+        return self._follower.state
+
+    def _check_step(self, step: Step, stamp_ns: int) -> None:
         self._steps += 1
         if self._on_progress is not None:
             self._on_progress(self._steps, time.perf_counter() - self._start)
         if self._difference is None and self._state.digest != step.digest:
             self._difference = self._locate_in_points(Difference(step.index), stamp_ns)
 
-    def _change(self, event: Event) -> None:
-        try:
-            self._solver = with_parameters(self._solver, event.details)
-        except (ClothError, KeyError) as error:
-            problem = f"the parameters after step {event.index} cannot be used: {error}"
-            raise SessionError(f"{self._session.path}: {problem}") from error
-
     def _check_snapshot(self, snapshot: Snapshot) -> None:
         try:
             recorded = State.from_arrays(snapshot.arrays)
-            if self._state is None:
-                self._state = self._solver.restore(snapshot.arrays)
         except (KeyError, ValueError) as error:
             raise SessionError(
                 f"{self._session.path}: the snapshot of step {snapshot.index} is damaged: {error}"
@@ -165,7 +147,7 @@ class _Rerun:
 
     def _locate_in_points(self, difference: Difference, stamp_ns: int) -> Difference:
         """The difference with its vertex, if the points of that step were recorded and show it in float32."""
-        size = _POINT_BYTES * self._solver.mesh.vertex_count
+        size = _POINT_BYTES * self._follower.solver.mesh.vertex_count
         for record in self._session.outputs("cloth/points"):
             data = record.cdr[-1 - size : -1]  # the points end right before the last field, is_dense
             if record.log_time_ns == stamp_ns and record.cdr[-5 - size : -1 - size] == struct.pack("<I", size):

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
 from cloth_sim_ros.command_line import StopFlag
-from cloth_sim_ros.recording.recorded import RecordedSession
+from cloth_sim_ros.recording.recorded import ForeignBag, RecordedSession
 from cloth_sim_ros.ros.messages import interface_class
 from cloth_sim_ros.ros.qos import profile
-from cloth_sim_ros.session import Channel, Qos, SessionError
+from cloth_sim_ros.session import Channel, Qos, Record, SessionError
 from cloth_sim_ros.session.yaml_text import load
 
 _ACKNOWLEDGED_WITHIN = Duration(seconds=2)
@@ -35,7 +35,9 @@ class Republisher:
         SessionError: a recorded message type is not installed here.
     """
 
-    def __init__(self, session: RecordedSession, namespace: str | None, ros_args: Sequence[str] = ()) -> None:
+    def __init__(
+        self, session: RecordedSession | ForeignBag, namespace: str | None, ros_args: Sequence[str] = ()
+    ) -> None:
         self._session = session
         self._bookkeeping = session.bookkeeping
         self._from = session.namespace.rstrip("/") + "/"
@@ -63,17 +65,48 @@ class Republisher:
             if stop.wait(_LOOK_PERIOD_S):
                 return
 
-    def play(self, stop: StopFlag, *, rate: float = 1.0) -> None:
-        """Publish everything once, ``rate`` times as fast as it was recorded, or until ``stop`` is set."""
-        start = time.monotonic()
-        first_ns: int | None = None
+    def play(
+        self,
+        stop: StopFlag,
+        *,
+        rate: float = 1.0,
+        window_ns: tuple[int, int] | None = None,
+        on_progress: Callable[[float], None] | None = None,
+    ) -> None:
+        """Publish everything once, ``rate`` times as fast as it was recorded, or until ``stop`` is set.
+
+        Args:
+            stop: ends it.
+            rate: speed.
+            window_ns: log times between which messages are published; before the first of them, what was latched then.
+            on_progress: gets the s of the recording that are done, of everything from the first message on.
+        """
+        first, last = window_ns or self._session.reader.times_ns
+        begin = time.monotonic()
+        latched: dict[str, Record] = {}
         for record in self._session.reader.messages(self._publishers):
-            first_ns = record.log_time_ns if first_ns is None else first_ns
-            due = start + (record.log_time_ns - first_ns) * 1e-9 / rate
+            if record.log_time_ns < first:
+                if self._is_latched(record.topic):
+                    latched[record.topic] = record
+                continue
+            if record.log_time_ns > last:
+                break
+            for earlier in latched.values():
+                self._publish(earlier)
+            latched.clear()
+            due = begin + (record.log_time_ns - first) * 1e-9 / rate
             if stop.wait(max(0.0, due - time.monotonic())):
                 return
-            self._publishers[record.topic].publish(record.cdr)
-            self.published += 1
+            self._publish(record)
+            if on_progress is not None:
+                on_progress((record.log_time_ns - first) * 1e-9)
+
+    def _publish(self, record: Record) -> None:
+        self._publishers[record.topic].publish(record.cdr)
+        self.published += 1
+
+    def _is_latched(self, topic: str) -> bool:
+        return self._publishers[topic].qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
 
     def close(self) -> None:
         """Wait until reliable subscribers have everything, then leave the graph."""

@@ -71,6 +71,13 @@ class SessionReader:
         cut = [(file, found.end) for file, found in self._surveys.items() if not found.complete]
         return sum(file.stat().st_size - end for file, end in cut)
 
+    @property
+    def times_ns(self) -> tuple[int, int]:
+        """Log times [ns] of the first and the last message; 0 and 0 without any."""
+        first = [found.first_ns for found in self._surveys.values() if found.first_ns is not None]
+        last = [found.last_ns for found in self._surveys.values() if found.last_ns is not None]
+        return (min(first), max(last)) if first else (0, 0)
+
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Record]:
         """The messages, of all topics or of ``topics``, in the order in which they are in the file.
 

@@ -25,6 +25,7 @@ from zstandard import ZstdError
 from cloth_sim_ros.session.errors import SessionError
 
 _HEAD = struct.Struct("<BQ")
+_CHUNK_TIMES = struct.Struct("<QQ")  # at the start of a chunk: log times of its first and last message, ns
 
 # What parsing and unpacking raise at bytes that are not what they should be.
 DAMAGE = (McapError, ZstdError, ValueError, RuntimeError, OverflowError, MemoryError, struct.error)
@@ -49,7 +50,7 @@ class Survey:
 
     ``end`` [B] is where the last whole record ends; the file is ``complete`` if it closes as it should.
     ``schemas`` and ``channels``, by id, are those outside of chunks: all of them where the file has a
-    summary.
+    summary. ``first_ns`` and ``last_ns`` are log times of the messages in chunks, None without any.
     """
 
     attachments: dict[str, bytes] = field(default_factory=dict)
@@ -58,6 +59,8 @@ class Survey:
     channels: dict[int, Channel] = field(default_factory=dict)
     end: int = len(MCAP0_MAGIC)
     complete: bool = False
+    first_ns: int | None = None
+    last_ns: int | None = None
 
 
 def spans(stream: BinaryIO) -> Iterator[Span]:
@@ -116,6 +119,12 @@ def _note(found: Survey, stream: BinaryIO, span: Span) -> None:
     elif span.opcode == Opcode.CHANNEL:
         channel = Channel.read(content(stream, span))
         found.channels[channel.id] = channel
+    elif span.opcode == Opcode.CHUNK and span.length >= _CHUNK_TIMES.size:
+        stream.seek(span.offset)
+        first, last = _CHUNK_TIMES.unpack(stream.read(_CHUNK_TIMES.size))
+        if last:  # a chunk without messages has the times 0
+            found.first_ns = first if found.first_ns is None else min(first, found.first_ns)
+            found.last_ns = last if found.last_ns is None else max(last, found.last_ns)
     elif span.opcode == Opcode.FOOTER:
         stream.seek(span.end)
         found.complete = stream.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC

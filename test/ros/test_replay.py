@@ -85,6 +85,32 @@ def test_without_a_loop_it_ends_by_itself(session):
     assert f"{COUNT + 1} messages published" in printed
 
 
+def test_a_part_is_published_with_what_was_latched_before_it(session):
+    path, _, _ = session
+    process = replay(str(path), "--rate", "100", "--from", "0.09", "--to", "0.21")
+    printed, complaints = process.communicate(timeout=60)
+    assert (process.returncode, complaints) == (0, "")
+    # The snapshot is at 0.02 s, as are the triangles; clouds of 0.12 to 0.22 s, then.
+    assert "7 messages published" in printed
+
+
+def test_a_bag_of_something_else_is_published_under_the_names_that_a_node_reads(peer, session, tmp_path):
+    _, clouds, _ = session
+    with SessionWriter(tmp_path / "foreign") as writer:
+        for number in range(3):
+            writer.write("/theirs", POINTS, clouds[number], number * STEP_NS + 1)
+    heard: list[bytes] = []
+    peer.node.create_subscription(PointCloud2, "/ours/points", heard.append, 100, raw=True)
+    process = replay(str(tmp_path / "foreign"), "--wait", "--loop", "--remap", "/theirs:=/ours/points")
+    try:
+        peer.wait_until(lambda: len(heard) >= 3, "the clouds under another name")
+    finally:
+        process.terminate()
+        _, complaints = process.communicate(timeout=30)
+    assert (process.returncode, complaints) == (0, "")
+    assert {without_padding(message, clouds[0]) for message in heard} <= set(clouds[:3])
+
+
 def test_a_type_that_is_not_installed_is_named(session, tmp_path, monkeypatch):
     definition = tmp_path / "prefix" / "share" / "odd_msgs" / "msg" / "Odd.msg"
     definition.parent.mkdir(parents=True)
