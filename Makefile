@@ -4,6 +4,7 @@ PYTHON ?= python3
 SCENE ?= scarf
 DURATION ?=
 BENCH ?=
+SOAK ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -12,7 +13,7 @@ PEERS := .venv-peers
 # One pip at a time, even under make -j.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help run test gallery bench bars peers validate lint format clean
+.PHONY: help run test gallery bench bars soak peers validate lint format clean
 
 # A sourced ROS would put its own Python packages, libraries and middleware beside the wheels of the environment.
 unexport PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH LD_LIBRARY_PATH RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
@@ -42,12 +43,15 @@ gallery: $(VENV)/with-render ## draw every scene into docs/images
 	$(BIN)/cloth_render --all --output docs/images
 
 bench: $(VENV)/with-bench ## run every benchmark, the last two: beside the peers that are installed (BENCH=--quick: once), and bars
-	@set -e; for script in $(filter-out %/table.py %/bars.py,$(wildcard benchmarks/*.py)); do echo "$$script"; $(BIN)/python "$$script"; done
+	@set -e; for script in $(filter-out %/table.py %/bars.py %/soak.py,$(wildcard benchmarks/*.py)); do echo "$$script"; $(BIN)/python "$$script"; done
 	@echo benchmarks/table.py; $(BIN)/python benchmarks/table.py $(BENCH)
 	@echo benchmarks/bars.py; $(BIN)/python benchmarks/bars.py
 
 bars: $(VENV)/with-bench ## print every figure that is wanted of the solver beside its bar, in minutes
 	$(BIN)/python benchmarks/bars.py
+
+soak: $(VENV)/with-test $(VENV)/with-bench ## put the node through all that it has to stand, in two hours (SOAK='--seconds 20': short)
+	$(BIN)/python benchmarks/soak.py $(SOAK)
 
 peers: $(patsubst benchmarks/peers/requirements-%.txt,$(PEERS)/%/ready,$(wildcard benchmarks/peers/requirements-*.txt)) ## install the engines to compare with
 
