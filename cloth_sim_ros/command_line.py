@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import queue
 import signal
 import socket
@@ -62,6 +63,15 @@ def on_end_signals(ask: Callable[[], None]) -> None:
         signal.signal(signal.SIGHUP, handle)
 
 
+def end_at_once_on_signals() -> None:
+    """Until something else is asked for, signals end the process there and then, with exit code 0.
+
+    For the second in which Python imports: there is nothing to close yet, and an exception raised in the middle of an
+    import comes out as whatever the module that is being imported makes of it.
+    """
+    on_end_signals(lambda: os._exit(0))
+
+
 def stop_on_signals() -> StopFlag:
     """A flag that every signal that asks for an end sets; further signals change nothing."""
     stop = StopFlag()
@@ -86,8 +96,11 @@ def complain(command: str, problem: object) -> None:
 
 
 def free_domain() -> int:
-    """A ROS domain without a participant on this machine, 1 .. 101 (beyond, ports collide with Linux's own)."""
-    for domain in range(1, 102):
+    """A ROS domain without a participant on this machine, 101 .. 1 (beyond, ports collide with Linux's own).
+
+    From above, for people and other programs begin with the small ones.
+    """
+    for domain in range(101, 0, -1):
         # The port at which the first participant of a domain is reached (DDSI-RTPS 9.6.2).
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:

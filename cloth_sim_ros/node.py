@@ -1,4 +1,4 @@
-"""``cloth_node``: the executable. ROS is imported only when there is something to run."""
+"""``cloth_node``: the executable. ROS, and the solver, are imported only when signals can be answered."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from cloth_sim_ros import interfaces, share
-from cloth_sim_ros.command_line import complain, split_ros_args
+from cloth_sim_ros.command_line import complain, end_at_once_on_signals, split_ros_args
 
 DESCRIPTION = """\
 Real-time cloth on ROS 2 topics. Starts the managed node /cloth_sim, which configures and
@@ -36,8 +35,10 @@ Exit code 0 after Ctrl-C, 1 if the node cannot start."""
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the node; returns the exit code."""
+    end_at_once_on_signals()
     arguments, ros_arguments = split_ros_args(sys.argv[1:] if argv is None else argv)
-    _parser().parse_args(arguments)
+    if arguments:
+        _parser().parse_args(arguments)
     try:
         from cloth_sim_ros.ros.process import run
 
@@ -45,11 +46,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ImportError as error:
         complain("cloth_node", f"{error}: source a ROS 2 installation, or pip install 'cloth_sim_ros[ros]'")
         return 1
-    except KeyboardInterrupt:  # while Python was still importing
-        return 0
 
 
 def _parser() -> argparse.ArgumentParser:
+    from cloth_sim_ros import interfaces, share
+
     epilog = EPILOG.format(
         scenes=", ".join(share.scene_names()),
         interfaces=interfaces.as_text(),

@@ -25,6 +25,10 @@ def pace_of(node: Node, dt: float, undo: ExitStack) -> Pace:
     any_change = JumpThreshold(
         min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1), on_clock_change=False
     )
-    handle = node.get_clock().create_jump_callback(any_change, post_callback=lambda _jump: pace.advance(now()))
+    # The clock's subscription comes first in a round of the executor, guard conditions last: so inputs that were sent
+    # before a tick are heard before its step.
+    heard = node.create_guard_condition(lambda: pace.advance(now()))
+    undo.callback(node.destroy_guard_condition, heard)
+    handle = node.get_clock().create_jump_callback(any_change, post_callback=lambda _jump: heard.trigger())
     undo.callback(handle.unregister)
     return pace
