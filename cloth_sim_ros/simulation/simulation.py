@@ -151,7 +151,7 @@ class Simulation:
 
     def present(self) -> Frame:
         """The cloth as it is, without a step."""
-        return self._frame(self.state, Inputs(), 0.0)
+        return replace(self._frame(self.state, Inputs(), 0.0), report=StepReport())
 
     def _hand(self, name: str) -> Hand:
         if name not in self._world.hands:
