@@ -10,7 +10,7 @@ from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
 from rclpy.serialization import serialize_message
 
-from cloth_core import Pose
+from cloth_core import Material, Pose
 from cloth_sim_ros import interfaces
 from cloth_sim_ros.interfaces import Interface
 from cloth_sim_ros.messages.cdr import MarkerEncoder, PointCloudEncoder, encode_mesh, encode_triangles
@@ -62,6 +62,7 @@ class Outputs:
         self._publishers = {
             i: self._publisher(i, incompatible) for i in interfaces.OUTPUTS if i is not interfaces.DIAGNOSTICS
         }
+        self._weighed: Material | None = None
         self._obstacles_shown: dict[str, Pose] = {}
         self._topology_sent = False
         self._obstacles_at = 0
@@ -151,11 +152,12 @@ class Outputs:
 
     def _stats(self, frame: Frame) -> dict[str, float]:
         velocity, solver = frame.state.velocity, self._simulation.solver
-        mass = solver.mesh.vertex_mass(solver.material)
+        if solver.material is not self._weighed:
+            self._weighed, self._mass = solver.material, solver.mesh.vertex_mass(solver.material)
         return {
             "step_time_ms": 1e3 * frame.step_seconds,
             "max_stretch": frame.report.max_stretch,
-            "kinetic_energy": 0.5 * float(mass @ np.einsum("va,va->v", velocity, velocity)),
+            "kinetic_energy": 0.5 * float(self._mass @ np.einsum("va,va->v", velocity, velocity)),
             "contacts": float(frame.report.contacts),
             "held": float(frame.report.held),
         }
