@@ -5,14 +5,18 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
-from cloth_core import ClothError
+from cloth_core import ClothError, SettingError
 from cloth_sim_ros.command_line import complain, split_ros_args, stop_on_signals
 from cloth_sim_ros.progress import ProgressBar
+from cloth_sim_ros.recording.from_bag import simulate
 from cloth_sim_ros.recording.recorded import ForeignBag, RecordedSession, open_recording
 from cloth_sim_ros.recording.verify import Verification, verify
 from cloth_sim_ros.recording.what_if import parse_changes, report, what_if
-from cloth_sim_ros.session import SessionError, recover
+from cloth_sim_ros.session import SessionError, SessionReader, recover
+from cloth_sim_ros.share import load_scene
+from cloth_sim_ros.simulation.closures import mappings
 
 COMMAND = "cloth_replay"
 DESCRIPTION = """\
@@ -27,6 +31,8 @@ something else recorded are published as well: --remap leads their topics to tho
 bit: equal is promised on the same machine with the same versions. If not, it names the first step and, where
 recorded points or a snapshot show it, the first vertex that differs and by how much.
 
+--simulate takes the inputs of any bag to a scene, and writes a session that can be shown and verified in turn.
+
 --what-if simulates the recorded inputs twice, as it was and with other parameters, and says how far the two
 come apart.
 """
@@ -37,6 +43,7 @@ examples:
   cloth_replay ~/.ros/cloth_sessions/2026-01-01_12-00-00_scarf
   cloth_replay my_session --rate 0.25 --loop --namespace /yesterday --from 12 --to 20
   cloth_replay teleoperation_bag --remap /q2r_right_hand_pose:=/cloth_sim/grasp/hand/pose
+  cloth_replay teleoperation_bag --remap /q2r_right_hand_pose:=/cloth_sim/grasp/hand/pose --simulate scarf
   cloth_replay my_session --verify
   cloth_replay my_session --what-if material.friction=0.8 --what-if solver.integrator=meyer2000
   cloth_replay my_session --recover
@@ -50,6 +57,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if options.recover is not None:
             return _recover(options)
+        if options.simulate is not None:
+            return _simulate(options)
         simulates = options.verify or options.what_if
         session = RecordedSession(options.session) if simulates else open_recording(options.session)
         if not session.complete:
@@ -80,6 +89,10 @@ def _parser() -> argparse.ArgumentParser:
     instead.add_argument(
         "--recover", nargs="?", const="", metavar="FOLDER", help="make a complete bag of one that was cut off"
     )
+    instead.add_argument("--simulate", metavar="SCENE", help="simulate a scene with the inputs of this bag")
+    parser.add_argument("--output", metavar="FOLDER", help="of --simulate (default: the bag's name with the scene's)")
+    parser.add_argument("--transform", action="append", default=[], metavar="T", help="as in static_transforms")
+    parser.add_argument("--closure", action="append", default=[], metavar="C", help="as in closures")
     parser.add_argument("--from", type=_seconds, dest="begin", metavar="S", help="begin S seconds into the recording")
     parser.add_argument("--to", type=_seconds, dest="end", metavar="S", help="end S seconds into the recording")
     parser.add_argument("--rate", type=_rate, default=1.0, metavar="R", help="speed, 1 is as recorded (0.01 .. 100)")
@@ -180,6 +193,48 @@ def _what_if(session: RecordedSession, options: argparse.Namespace) -> int:
     print(f"{session.path} with {', '.join(f'{key} = {value}' for key, value in changes.items())}")
     print(report(moments))
     return 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    try:
+        from rclpy.serialization import deserialize_message
+
+        from cloth_sim_ros.ros.messages import interface_class
+    except ImportError as error:
+        complain(COMMAND, f"reading the messages of a bag needs rclpy, which cannot be imported: {error}")
+        return 1
+    reader = SessionReader(options.session)
+    scene = load_scene(options.simulate, lambda mended: print(f"{COMMAND}: {mended}", file=sys.stderr))
+    path = options.session.rstrip("/").removesuffix(".mcap")
+    folder = Path(options.output or f"{path}_{scene.name}")
+    first, last = reader.times_ns
+    bar = ProgressBar((last - first) * 1e-9, "s")
+    outcome = simulate(
+        reader,
+        scene,
+        folder,
+        lambda cdr, type_name: deserialize_message(cdr, interface_class(type_name)),
+        remap=dict(_pair(text) for text in options.remap),
+        closures=mappings(options.closure, scene.inputs.grasps),
+        transforms=options.transform,
+        on_progress=bar.show,
+    )
+    bar.clear()
+    for topic, count in outcome.used.items():
+        print(f"{COMMAND}: {topic}: {count} messages used")
+    for cause, count in outcome.refused.items():
+        print(f"{COMMAND}: {cause}: {count} messages not used", file=sys.stderr)
+    if outcome.unused:
+        print(f"{COMMAND}: no input of the scene: {', '.join(outcome.unused)}")
+    print(f"{COMMAND}: {folder}: {outcome.steps} steps")
+    return 0
+
+
+def _pair(text: str) -> tuple[str, str]:
+    before, mark, after = text.partition(":=")
+    if not (before and mark and after):
+        raise SettingError("--remap", f"'{text}' is not of the form A:=B")
+    return before, after
 
 
 def _recover(options: argparse.Namespace) -> int:
