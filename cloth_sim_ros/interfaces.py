@@ -31,7 +31,7 @@ class Interface:
         type_name: ROS interface type.
         meaning: one line for people.
         qos: what the node offers or asks for; None for services.
-        declared: part of the scene that declares the names: ``grasps``, ``obstacles``, or nothing;
+        declared: part of the scene that declares the names: ``grasps``, ``obstacles``, ``groups``, or nothing;
             or :data:`CLOSURES`.
     """
 
@@ -70,6 +70,14 @@ WIND = Interface(
     "mean wind in m/s, turned into the cloth's frame, capped",
     NEWEST,
 )
+WIND_POSE = Interface(
+    "in", "~/wind/pose", "geometry_msgs/msg/PoseStamped",
+    "a pointer: wind of the speed wind_pointer_speed blows along its x axis", NEWEST,
+)  # fmt: skip
+GROUP_PIN = Interface(
+    "in", "~/group/{name}/pin", "std_msgs/msg/Bool",
+    "pins a group of vertices where they are, or lets them go", COMMAND, "groups",
+)  # fmt: skip
 OBSTACLE_POSE = Interface(
     "in", "~/obstacle/{name}/pose", "geometry_msgs/msg/PoseStamped",
     "moves an obstacle; its surface drags cloth along", NEWEST, "obstacles",
@@ -134,7 +142,7 @@ STEP = Interface("srv", "~/step", "std_srvs/srv/Trigger", "one step, while pause
 SNAPSHOT = Interface("srv", "~/snapshot", "std_srvs/srv/Trigger", "keeps the cloth and its inputs, in one place")
 RESTORE = Interface("srv", "~/restore", "std_srvs/srv/Trigger", "back to what ~/snapshot kept, bit for bit")
 
-INPUTS = (GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, OBSTACLE_POSE, CAMERA_POSE, CAMERA_INFO)
+INPUTS = (GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, WIND_POSE, OBSTACLE_POSE, GROUP_PIN, CAMERA_POSE, CAMERA_INFO)
 OUTPUTS = (POINTS, VISIBLE, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, *STATS.values(), DIAGNOSTICS)
 SERVICES = (PAUSE, RESET, STEP, SNAPSHOT, RESTORE)
 INTERFACES = (*INPUTS, *OUTPUTS, *SERVICES)

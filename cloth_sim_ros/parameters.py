@@ -83,6 +83,9 @@ class NodeSettings(Settings):
         f"closures that come as an axis or button of sensor_msgs/Joy or as a joint of sensor_msgs/JointState, each as "
         f"{FORM}: 'hand ~/joy axis 5 1 -1', 'hand /gripper/joint_states joint finger 0.04 0'"
     )
+    wind_pointer_speed: float = setting(
+        "float", 4.0, unit="m/s", low=0.0, high=200.0, help="speed of the wind that ~/wind/pose directs"
+    )
     mesh_rate: float = setting(
         "float",
         10.0,

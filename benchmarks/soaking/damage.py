@@ -45,7 +45,7 @@ def rows(folder: Path, seconds: float) -> Iterator[Row]:
 def _pour(node: Node, interface: interfaces.Interface, count: int) -> int:
     package, kind, name = interface.type_name.split("/")
     message_class = getattr(import_module(f"{package}.{kind}"), name)
-    declared = {"grasps": "hand", "obstacles": "ball"}.get(interface.declared, "")
+    declared = {"grasps": "hand", "obstacles": "ball", "groups": "corners"}.get(interface.declared, "")
     topic = interface.named(declared).replace("~", NAME)
     publisher = node.peer.node.create_publisher(message_class, topic, profile(interface.qos))
     node.wait(publisher.get_subscription_count)
@@ -80,6 +80,8 @@ def _damage(message: Any, chance: random.Random) -> None:
             setattr(message, name, chance.sample(("finger", "", "wrist"), chance.randrange(4)))
         elif kind == "double[9]":
             setattr(message, name, [chance.choice(NUMBERS) for _ in range(9)])
+        elif kind == "boolean":
+            setattr(message, name, chance.random() < 0.5)
         elif kind == "int32":
             setattr(message, name, chance.choice(WHOLE))
 

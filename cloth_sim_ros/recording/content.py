@@ -83,8 +83,8 @@ class Event:
     """Something other than a step happened to the simulation.
 
     Args:
-        kind: ``reset``, ``restore``, ``snapshot``, ``pause``, ``resume``, or ``parameters``, whose details are those
-            of :func:`in_force`.
+        kind: ``reset``, ``restore``, ``snapshot``, ``pause``, ``resume``; ``parameters``, whose details are those of
+            :func:`in_force`; ``pins``, whose detail ``vertices`` are those that are pinned from then on.
         index: steps done when it happened.
         details: whatever else there is to say, in JSON's types.
     """

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from cloth_core import ClothError, ClothSolver, Material, SolverConfig, State
 from cloth_sim_ros.recording.content import Event, Snapshot, Step
 from cloth_sim_ros.recording.recorded import RecordedSession
@@ -13,6 +15,17 @@ Change = Callable[[Material, SolverConfig], "tuple[Material, SolverConfig]"]
 """What is simulated with instead of what was."""
 
 _NEW_EPISODE = ("reset", "restore")
+
+
+def pin_exactly(solver: ClothSolver, vertices: np.ndarray) -> None:
+    """Pin these vertices and no others; W is kept if they are those that are pinned already.
+
+    Raises:
+        MeshError: a vertex does not exist.
+    """
+    if not np.array_equal(solver.pinned, vertices):
+        solver.unpin()
+        solver.pin(vertices)
 
 
 class Follower:
@@ -51,6 +64,8 @@ class Follower:
             self.state = None
         elif entry.kind == "parameters":
             self._take_over(entry)
+        elif entry.kind == "pins":
+            self._pin(entry)
 
     def _step(self, step: Step) -> None:
         if self.state is None or step.index != self.state.step_index + 1:
@@ -76,10 +91,18 @@ class Follower:
         except (ClothError, KeyError) as error:
             raise self._problem(f"the parameters after step {event.index} cannot be used: {error}") from error
 
+    def _pin(self, event: Event) -> None:
+        try:
+            pin_exactly(self.solver, np.array(event.details["vertices"], dtype=np.int64))
+        except (ClothError, KeyError, TypeError, ValueError) as error:
+            raise self._problem(f"the pins after step {event.index} cannot be used: {error}") from error
+
     def _equip(self, material: Material, config: SolverConfig) -> None:
         if self._change is not None:
             material, config = self._change(material, config)
+        pinned = self.solver.pinned
         self.solver = self.solver.changed(material=material, config=config)
+        pin_exactly(self.solver, pinned)
 
     def _problem(self, text: str) -> SessionError:
         return SessionError(f"{self._session.path}: {text}")

@@ -159,6 +159,7 @@ class ClothNode(LifecycleNode):
 
     def _apply(self, settings: NodeSettings) -> None:
         self.settings = settings
+        self._parts.intake.pointer_speed = settings.wind_pointer_speed
         simulation = self._parts.simulation
         simulation.grasp_timeout, simulation.grasp_cutoff = settings.grasp_timeout, cutoff_of(self, settings)
         outputs = self._parts.outputs

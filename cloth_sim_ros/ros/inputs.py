@@ -55,6 +55,7 @@ class Subscriptions:
                 raw=True,
             )
         self._names = {"grasp": list(scene.inputs.grasps), "obstacle": list(scene.obstacles)}
+        self._names["group"] = list(scene.mesh.groups)
 
     def undeclared(self) -> list[str]:
         """Topics published for a grasp or obstacle that the scene does not have; warns once of each."""

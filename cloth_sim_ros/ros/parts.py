@@ -71,6 +71,7 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
     frames = FrameTree(settings.frame_id, settings.static_transforms, tf_lookup(node))
     simulation = _prepared(node, scene, settings)
     intake = Intake(simulation, frames, refused)
+    intake.pointer_speed = settings.wind_pointer_speed
     outputs = Outputs(
         node,
         simulation,

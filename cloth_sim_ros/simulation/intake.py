@@ -6,6 +6,7 @@ is no fault: it means the cloth's frame, as the short way to publish by hand.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +27,7 @@ from cloth_sim_ros.vision.camera import Viewpoint
 NEW_EPOCH_AFTER = 1.0
 """s without an accepted message after which an older stamp is taken as a clock that was set back (a bag
 that starts again, a headset that restarts) and no longer as a late message."""
+_IN_TOPIC = re.compile("[A-Za-z][A-Za-z0-9_]*")  # what may stand between two slashes
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,9 @@ def sources(
         closures: name further topics.
         full_name: resolves and remaps a topic.
     """
-    declared = {"": [""], "grasps": scene.inputs.grasps, "obstacles": scene.obstacles, interfaces.CLOSURES: []}
-    named = [(i, i.named(name), name) for i in interfaces.INPUTS for name in declared[i.declared]]
+    groups = [name for name in scene.mesh.groups if _IN_TOPIC.fullmatch(name)]
+    declared = {"": [""], "grasps": scene.inputs.grasps, "obstacles": scene.obstacles, "groups": groups}
+    named = [(i, i.named(name), name) for i in interfaces.INPUTS for name in declared.get(i.declared, [])]
     found = [(topic, Source(full_name(topic), interface, name)) for interface, topic, name in named]
     for topic in dict.fromkeys(mapping.topic for mapping in closures):
         those = tuple(mapping for mapping in closures if mapping.topic == topic)
@@ -68,6 +71,8 @@ class Intake:
     """
 
     def __init__(self, simulation: Simulation, frames: FrameTree, notices: Notices) -> None:
+        self.pointer_speed = 4.0
+        """m/s of the wind that a pointer directs."""
         self.viewpoint = Viewpoint()
         """The camera."""
         self._simulation = simulation
@@ -84,6 +89,9 @@ class Intake:
         try:
             if source.interface is interfaces.GRASP_CLOSURE:
                 self._simulation.set_closure(source.name, conversions.read_closure(message))
+                return True
+            if source.interface is interfaces.GROUP_PIN:
+                self._simulation.pin(source.name, bool(message.data))
                 return True
             if source.closures:
                 self._read_closures(source, message)
@@ -123,6 +131,9 @@ class Intake:
             self._set_wind(source, tuple(float(c) for c in velocity))  # type: ignore[arg-type]
         elif source.interface is interfaces.GRASP_POSE:
             self._simulation.set_grasp_pose(source.name, frame.compose(conversions.read_pose(message)), now)
+        elif source.interface is interfaces.WIND_POSE:
+            ahead = self.pointer_speed * frame.compose(conversions.read_pose(message)).rotation[:, 0]
+            self._set_wind(source, tuple(float(c) for c in ahead))  # type: ignore[arg-type]
         elif source.interface is interfaces.CAMERA_POSE:
             self.viewpoint.pose = frame.compose(conversions.read_pose(message))
             self.viewpoint.follows_topic = True

@@ -150,6 +150,8 @@ class Runner:
 
     def _record(self, frame: Frame, stamp_ns: int) -> None:
         if self._recorder is not None:
+            if frame.pins is not None:
+                self._recorder.event("pins", frame.step_index - 1, stamp_ns, vertices=frame.pins.tolist())
             self._recorder.step(frame.step_index, frame.inputs, frame.report.sweeps, frame.digest, stamp_ns)
             if frame.step_index % self._snapshot_every == 0:
                 self._record_snapshot(stamp_ns)

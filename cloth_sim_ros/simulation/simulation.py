@@ -13,6 +13,7 @@ from cloth_core import ClothSolver, Grasp, InputError, Inputs, Pose, State, Step
 from cloth_core.kernels import surface
 from cloth_core.physics.strain import vertex_strain
 from cloth_core.scene import Scene
+from cloth_sim_ros.recording.follow import pin_exactly
 from cloth_sim_ros.simulation.world import Hand, Kept, World
 
 
@@ -31,6 +32,7 @@ class Frame:
         step_seconds: how long it took.
         stale: grasps whose pose is older than the timeout; they are held where they were.
         state: the whole state.
+        pins: (P,) vertices that are pinned from this step on, if that was changed before it.
     """
 
     step_index: int
@@ -43,6 +45,7 @@ class Frame:
     step_seconds: float
     stale: tuple[str, ...]
     state: State
+    pins: np.ndarray | None = None
 
     @property
     def digest(self) -> str:
@@ -68,9 +71,10 @@ class Simulation:
         self.stale: tuple[str, ...] = ()
         self.kept: Kept | None = None
         """What :meth:`keep` gave when somebody asked for it."""
-        self._start = self.state
+        self._start, self._start_pins = self.state, self.solver.pinned
         self.grasp_timeout, self.grasp_cutoff = grasp_timeout, grasp_cutoff
         self._lock = threading.Lock()  # guards the inputs below
+        self._pin_wishes: dict[str, bool] = {}
         self._world = World(
             {name: Hand() for name in scene.inputs.grasps}, scene.inputs.wind, dict(scene.inputs.obstacles)
         )
@@ -97,6 +101,14 @@ class Simulation:
         with self._lock:
             self._world = replace(self._world, wind=replace(self._world.wind, velocity=velocity))
 
+    def pin(self, group: str, pinned: bool) -> None:
+        """Pin a group of vertices where they are when the next step begins, or let them go."""
+        if group not in self.solver.mesh.groups:
+            known = ", ".join(self.solver.mesh.groups) or "none"
+            raise InputError(f"no group {group}; this cloth has {known}")
+        with self._lock:
+            self._pin_wishes[group] = pinned
+
     def set_obstacle(self, name: str, pose: Pose) -> None:
         """Where an obstacle shall be at the end of the next step."""
         if name not in self.solver.obstacles:
@@ -115,9 +127,11 @@ class Simulation:
             Exception: whatever the step raises; the state is then the one before.
         """
         inputs, self.stale = self._resolve(now)
+        pins = self._change_pins()
         begin = time.perf_counter()
         self.state = self.solver.step(self.state, inputs, out_of_time)
-        return self._frame(self.state, inputs, time.perf_counter() - begin)
+        frame = self._frame(self.state, inputs, time.perf_counter() - begin)
+        return frame if pins is None else replace(frame, pins=pins)
 
     def reset(self) -> None:
         """Back to the start of a new episode: the scene's state and inputs.
@@ -125,13 +139,16 @@ class Simulation:
         Nothing stays held, and a hand that is closed now has to open before it grasps again.
         """
         with self._lock:
+            pin_exactly(self.solver, self._start_pins)
+            self._pin_wishes.clear()
             self.state, self.stale = self._start, ()
             grasps = self.scene.inputs.grasps.items()
             hands = {n: Hand(must_open=self._world.hands[n].closure >= grasp.open_at) for n, grasp in grasps}
             self._world = World(hands, self.scene.inputs.wind, dict(self.scene.inputs.obstacles))
 
     def adopt(self, solver: ClothSolver) -> None:
-        """Go on with another solver of the same cloth, obstacles and pins."""
+        """Go on with another solver of the same cloth and obstacles; what is pinned stays so."""
+        pin_exactly(solver, self.solver.pinned)
         self.solver = solver
 
     def keep(self) -> Kept:
@@ -157,6 +174,20 @@ class Simulation:
         if name not in self._world.hands:
             raise InputError(f"no grasp {name}; this scene has {', '.join(self._world.hands) or 'none'}")
         return self._world.hands[name]
+
+    def _change_pins(self) -> np.ndarray | None:
+        """Do what was wished for; the pinned vertices if they are others now."""
+        with self._lock:
+            wishes, self._pin_wishes = self._pin_wishes, {}
+        before = self.solver.pinned
+        for group, pinned in wishes.items():
+            members = self.solver.mesh.group(group)
+            # What is pinned already keeps its W.
+            if pinned and not np.isin(members, self.solver.pinned).all():
+                self.solver.pin(members)
+            elif not pinned and np.isin(members, self.solver.pinned).any():
+                self.solver.unpin(np.intersect1d(members, self.solver.pinned))
+        return None if np.array_equal(before, self.solver.pinned) else self.solver.pinned
 
     def _resolve(self, now: float) -> tuple[Inputs, tuple[str, ...]]:
         with self._lock:

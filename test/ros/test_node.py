@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, PointCloud2
 from shape_msgs.msg import Mesh
-from std_msgs.msg import Float64
+from std_msgs.msg import Bool, Float64
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -122,6 +122,24 @@ def test_wind_blows_the_cloth_along(peer):
         return positions(clouds[-1])[:, 2].mean() if clouds else 0.0
 
     peer.wait_until(lambda: height() > 0.55, "the cloth to be blown up", meanwhile=lambda: blow(wind))
+
+
+def test_a_group_is_pinned_and_let_go_and_a_pointer_directs_the_wind(peer):
+    clouds, held = peer.listen(PointCloud2, "cloth/points"), peer.listen(Float64, "stats/held")
+    pin, point = peer.speak(Bool, "group/corners/pin"), peer.speak(PoseStamped, "wind/pose", 1)
+    up = pose(0.0, 0.0, 0.0)
+    up.pose.orientation.y, up.pose.orientation.w = -math.sqrt(0.5), math.sqrt(0.5)  # its x axis points up
+    pin(Bool(data=True))
+    peer.wait_until(lambda: held and held[-1].data == 4.0, "four pinned corners")
+    peer.wait_until(
+        lambda: positions(clouds[-1])[:, 2].max() > positions(clouds[-1])[-1, 2] + 0.02,
+        "the cloth to be blown up between its corners",
+        meanwhile=lambda: point(up),
+    )
+    pin(Bool(data=False))
+    peer.wait_until(lambda: held[-1].data == 0.0, "no pinned corner")
+    assert peer.call(Trigger, "reset", Trigger.Request()).success
+    peer.wait_until(lambda: held[-1].data == 1.0, "the pin of the scene")
 
 
 def test_a_moved_obstacle_is_shown_where_it_is(peer):

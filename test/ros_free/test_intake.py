@@ -180,6 +180,22 @@ def test_a_camera_stands_where_its_topic_says_or_else_where_its_frame_is(kit):
     assert view.lens.width == 64
 
 
+def test_a_pointer_directs_the_wind_along_its_x_axis(kit):
+    kit.intake.pointer_speed = 2.5
+    assert kit.intake.receive(Source("/pointer", interfaces.WIND_POSE), pose(9.0, 9.0, 9.0, frame="turned"), 0.0)
+    assert kit.inputs().wind.velocity == pytest.approx((0.0, 2.5, 0.0))  # the frame is turned about z
+
+
+def test_a_group_is_pinned_and_let_go(kit):
+    pin = Source("/pin", interfaces.GROUP_PIN, "left")
+    members = kit.simulation.solver.mesh.group("left").tolist()
+    assert kit.intake.receive(pin, Message(data=True), 0.0)
+    assert kit.simulation.tick(0.0).pins.tolist() == members
+    assert kit.simulation.tick(0.0).pins is None  # as before
+    assert kit.intake.receive(pin, Message(data=False), 0.0)
+    assert kit.simulation.tick(0.0).pins.tolist() == []
+
+
 def test_sources_are_those_of_the_scene_and_of_the_mapped_closures():
     closures = mappings(["hand ~/joy axis 1", "hand ~/joy button 0", "hand /arm joint finger"], ["hand"])
     found = {source.topic: source for _, source in sources(Scene.parse(SCENE), closures, lambda name: f"/n{name[1:]}")}
@@ -188,6 +204,8 @@ def test_sources_are_those_of_the_scene_and_of_the_mapped_closures():
         "/n/grasp/hand/closure",
         "/n/wind",
         "/n/obstacle/ball/pose",
+        "/n/wind/pose",
+        *(f"/n/group/{name}/pin" for name in Scene.parse(SCENE).mesh.groups),
         "/n/camera/pose",
         "/n/camera/info",
         "/n/joy",

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cloth_core import Inputs, Pose
+from cloth_core import Inputs, Material, Pose
 from cloth_core.scene import Scene
 from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.recording.recorder import Recorder
@@ -160,6 +160,27 @@ def test_after_a_restore_the_same_inputs_give_the_same_cloth_to_the_last_bit(kit
         assert again.grips["hand"].vertex.tolist() == first.grips["hand"].vertex.tolist() != []
     session = kit.session()
     assert [event.kind for event in session.events()] == ["snapshot", "restore", "restore"]
+    assert verify(session).bit_equal
+
+
+def test_pins_that_come_and_go_stand_in_the_session_and_a_reset_brings_the_first_ones_back(kit):
+    first = kit.simulation.solver.pinned.tolist()
+    kit.steps(5)
+    kit.simulation.pin("left", True)
+    kit.steps(5)
+    kit.runner.adopt(kit.simulation.solver.changed(material=Material(friction=0.9)))
+    kit.steps(5)
+    held = kit.runner.latest.position[kit.simulation.solver.mesh.group("left")]
+    kit.steps(5)
+    assert np.array_equal(held, kit.runner.latest.position[kit.simulation.solver.mesh.group("left")])
+    kit.simulation.pin("corners", True)
+    kit.simulation.pin("left", False)
+    kit.steps(5)
+    kit.runner.reset()
+    assert kit.simulation.solver.pinned.tolist() == first
+    kit.steps(5)
+    session = kit.session()
+    assert [event.kind for event in session.events()] == ["pins", "parameters", "pins", "reset"]
     assert verify(session).bit_equal
 
 
