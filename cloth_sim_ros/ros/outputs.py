@@ -17,7 +17,8 @@ from cloth_sim_ros.messages.cdr import MarkerEncoder, PointCloudEncoder, encode_
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.messages import interface_class, obstacle_markers
 from cloth_sim_ros.ros.qos import IncompatibleQos, overridable, profile
-from cloth_sim_ros.simulation.simulation import Frame, Simulation
+from cloth_sim_ros.simulation.frame import Frame
+from cloth_sim_ros.simulation.simulation import Simulation
 from cloth_sim_ros.vision.camera import Viewpoint
 from cloth_sim_ros.vision.visible import visible_vertices
 

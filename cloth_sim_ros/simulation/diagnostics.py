@@ -8,8 +8,8 @@ from enum import IntEnum
 
 from cloth_sim_ros.session import Health
 from cloth_sim_ros.simulation.clock import Rhythm
+from cloth_sim_ros.simulation.frame import Frame
 from cloth_sim_ros.simulation.notices import Notices
-from cloth_sim_ros.simulation.simulation import Frame
 
 RECENT = 10.0
 """s for which something that went wrong keeps its level."""

@@ -10,7 +10,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from cloth_sim_ros.simulation.clock import Pace, Slot
-from cloth_sim_ros.simulation.simulation import Frame, Simulation
+from cloth_sim_ros.simulation.frame import Frame
+from cloth_sim_ros.simulation.simulation import Simulation
 
 
 class SimulationLoop:

@@ -11,9 +11,11 @@ from cloth_core import ClothSolver
 from cloth_sim_ros.recording.content import in_force
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.simulation.clock import Pace, Rhythm, Slot
+from cloth_sim_ros.simulation.frame import Frame
+from cloth_sim_ros.simulation.hints import say_hints
 from cloth_sim_ros.simulation.loop import SimulationLoop
 from cloth_sim_ros.simulation.notices import Notices
-from cloth_sim_ros.simulation.simulation import Frame, Simulation
+from cloth_sim_ros.simulation.simulation import Simulation
 
 SNAPSHOT_SECONDS = 1.0
 
@@ -128,25 +130,7 @@ class Runner:
         if frame.report.recovered:
             problem = f"step {frame.step_index} was not finite; the cloth was put to rest where it was before"
             self._failures.say("not finite, put to rest", problem)
-
-        self._hint(frame)
-
-    def _hint(self, frame: Frame) -> None:
-        """Say of grasps that hold nothing, or nothing any more, why that is."""
-        for name in frame.report.empty:
-            grasp = frame.inputs.grasps[name]
-            where = ", ".join(f"{c:.3f}" for c in grasp.pose.position)
-            nothing = f"no vertex is within its radius of {grasp.radius:g} m around ({where})"
-            self._hints.say(f"grasp {name} closed on nothing", f"grasp {name} closed on nothing: {nothing}")
-        for slip in frame.report.slips:
-            if slip.load:
-                most = self._simulation.solver.config.max_grasp_force
-                why = f"it had to bear {slip.load:.3g} N, solver.max_grasp_force is {most:g} N"
-            else:
-                most = frame.inputs.grasps[slip.name].slip_distance
-                why = f"its hand was {slip.beyond:.3g} m ahead of the cloth, slip_distance is {most:g} m"
-            text = f"grasp {slip.name} lost the cloth: {why}; open and close it again"
-            self._hints.say(f"grasp {slip.name} slipped", text)
+        say_hints(self._hints, frame, self._simulation.solver.config.max_grasp_force)
 
     def _record(self, frame: Frame, stamp_ns: int) -> None:
         if self._recorder is not None:

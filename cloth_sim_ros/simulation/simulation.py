@@ -5,52 +5,15 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from cloth_core import ClothSolver, Grasp, InputError, Inputs, Pose, State, StepReport
-from cloth_core.kernels import surface
-from cloth_core.physics.strain import vertex_strain
+from cloth_core import ClothSolver, Grasp, InputError, Inputs, Pose, StepReport
 from cloth_core.scene import Scene
 from cloth_sim_ros.recording.follow import pin_exactly
+from cloth_sim_ros.simulation.frame import Frame
 from cloth_sim_ros.simulation.world import Hand, Kept, World
-
-
-@dataclass(frozen=True, eq=False)
-class Frame:
-    """The cloth after one step.
-
-    Args:
-        step_index: steps since the start of the episode.
-        time: s of simulated time.
-        position: (V, 3) m.
-        normal: (V, 3), unit, area-weighted; zero where there is no surface.
-        strain: (V,) largest strain of the springs at the vertex.
-        report: what the step did.
-        inputs: what drove it.
-        step_seconds: how long it took.
-        stale: grasps whose pose is older than the timeout; they are held where they were.
-        state: the whole state.
-        pins: (P,) vertices that are pinned from this step on, if that was changed before it.
-    """
-
-    step_index: int
-    time: float
-    position: np.ndarray
-    normal: np.ndarray
-    strain: np.ndarray
-    report: StepReport
-    inputs: Inputs
-    step_seconds: float
-    stale: tuple[str, ...]
-    state: State
-    pins: np.ndarray | None = None
-
-    @property
-    def digest(self) -> str:
-        """Equal if and only if positions and velocities are bit-equal."""
-        return self.state.digest
 
 
 class Simulation:
@@ -82,7 +45,7 @@ class Simulation:
     def prepare(self) -> None:
         """Compile the kernels and factorise, so that no tick is slower than the others."""
         self.solver.prepare(self.state)
-        self._frame(self.state, Inputs(), 0.0)
+        self.present()
 
     def set_grasp_pose(self, name: str, pose: Pose, now: float) -> None:
         """Pose of a gripper in the cloth's frame; ``now`` is the receipt in monotonic s."""
@@ -130,8 +93,8 @@ class Simulation:
         pins = self._change_pins()
         begin = time.perf_counter()
         self.state = self.solver.step(self.state, inputs, out_of_time)
-        frame = self._frame(self.state, inputs, time.perf_counter() - begin)
-        return frame if pins is None else replace(frame, pins=pins)
+        seconds, mesh, report = time.perf_counter() - begin, self.solver.mesh, self.solver.report
+        return Frame.of(mesh, self.state, report, inputs, seconds, stale=self.stale, pins=pins)
 
     def reset(self) -> None:
         """Back to the start of a new episode: the scene's state and inputs.
@@ -168,7 +131,7 @@ class Simulation:
 
     def present(self) -> Frame:
         """The cloth as it is, without a step."""
-        return replace(self._frame(self.state, Inputs(), 0.0), report=StepReport())
+        return Frame.of(self.solver.mesh, self.state, StepReport(), Inputs(), 0.0)
 
     def _hand(self, name: str) -> Hand:
         if name not in self._world.hands:
@@ -204,21 +167,3 @@ class Simulation:
                 self.scene.inputs, grasps=grasps, wind=self._world.wind, obstacles=dict(self._world.obstacles)
             )
         return inputs, tuple(stale)
-
-    def _frame(self, state: State, inputs: Inputs, seconds: float) -> Frame:
-        mesh = self.solver.mesh
-        area, normal = np.empty_like(state.position), np.empty_like(state.position)
-        surface.area_vectors(state.position, mesh.triangles, area)
-        surface.normals(area, normal)
-        return Frame(
-            step_index=state.step_index,
-            time=state.time,
-            position=state.position,
-            normal=normal,
-            strain=vertex_strain(mesh, state.position),
-            report=self.solver.report,
-            inputs=inputs,
-            step_seconds=seconds,
-            stale=self.stale,
-            state=state,
-        )
