@@ -250,3 +250,16 @@ def test_an_argument_that_it_does_not_know_is_refused():
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "--scene" in done.stderr
+
+
+def test_the_profile_for_large_messages_is_one_that_the_middleware_reads(start_node, peer, monkeypatch):
+    profile = Path(__file__).parents[2] / "config" / "fastdds.xml"
+    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", str(profile))
+    before = set(Path("/dev/shm").glob("fastrtps_*"))
+    node = start_node("-r", "__ns:=/profiled")
+    clouds = peer.listen(PointCloud2, "/profiled/cloth_sim/cloth/points")
+    peer.wait_until(lambda: len(clouds) > 5, "clouds from the node with the profile")
+    segments = [file.stat().st_size for file in set(Path("/dev/shm").glob("fastrtps_*")) - before]
+    assert max(segments) >= 32 * 1024 * 1024
+    assert "XMLPARSER" not in node.output
+    assert node.stop() == 0
