@@ -24,8 +24,9 @@ END_WITHIN_S = 20.0
 def kill_9(folder: Path, seconds: float) -> Iterator[Row]:
     """What kill -9 takes from a session, and whether other tools read what was recovered."""
     lost, unreadable, different = [], 0, 0
-    for number in range(max(3, int(seconds / 20.0))):
-        with running("drape", folder / f"{number}") as node:
+    for number in range(max(4, int(seconds / 20.0))):
+        record = ("outputs", "inputs")[number % 2]
+        with running("drape", folder / f"{number}", record=record) as node:
             node.spin(random.uniform(2.0, 5.0))
             last_cloud = node.clouds[-1][0]
             os.killpg(node.process.pid, signal.SIGKILL)
@@ -38,7 +39,7 @@ def kill_9(folder: Path, seconds: float) -> Iterator[Row]:
         with AnyReader([folder / f"recovered_{number}"]) as reader:
             unreadable += sum(1 for _ in reader.messages()) == 0
         different += not verify(recovered).bit_equal
-    note = f"{len(lost)} times, mean {sum(lost) / len(lost):.2f} s"
+    note = f"{len(lost)} times, recording outputs or inputs alone, mean {sum(lost) / len(lost):.2f} s"
     yield Row("kill -9 in a recording: lost, at most", "s", 1.0, 0.2, max(lost), note=note)
     yield Row(
         "kill -9: recovered sessions that rosbags cannot read, or that do not verify", "", 0, 0, unreadable + different

@@ -18,6 +18,8 @@ RECORD = ("none", "inputs", "outputs", "all")
 """How much to record: nothing; what drove the cloth; also what was published, bar the Marker, which
 points and triangles hold already; everything."""
 
+FLUSH_PERIOD_S = 0.15
+"""What kill -9 may take. A chunk of inputs alone costs a kilobyte of index each time."""
 _LEDGER_QOS = Qos(depth=100)
 _REDUNDANT = "visualization_msgs/msg/Marker"
 
@@ -66,6 +68,7 @@ class Recorder:
             folder,
             attachments=attachments_of(scene, solver, parameters),
             metadata=metadata_of(scene, solver, namespace, record),
+            flush_period_s=FLUSH_PERIOD_S,
         )
         return cls(writer, namespace, record)
 
