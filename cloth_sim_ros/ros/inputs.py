@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Sequence
 
@@ -11,6 +12,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
 from cloth_core.scene import Scene
+from cloth_sim_ros import interfaces
 from cloth_sim_ros.recording.recorder import Recorder
 from cloth_sim_ros.ros.messages import interface_class
 from cloth_sim_ros.ros.qos import IncompatibleQos, overridable, profile
@@ -54,23 +56,30 @@ class Subscriptions:
                 qos_overriding_options=overridable(),
                 raw=True,
             )
-        self._names = {"grasp": list(scene.inputs.grasps), "obstacle": list(scene.obstacles)}
-        self._names["group"] = list(scene.mesh.groups)
+        self._names = {
+            "grasps": [*scene.inputs.grasps],
+            "obstacles": [*scene.obstacles],
+            "groups": [*scene.mesh.groups],
+        }
+        self._forms = {kind: self._form(kind) for kind in self._names}
+
+    def _form(self, kind: str) -> re.Pattern[str]:
+        """What the topics of all inputs look like that something of this ``kind`` could have."""
+        mark = "NAME"
+        inputs = [i for i in interfaces.INPUTS if i.declared == kind]
+        topics = [re.escape(self._node.resolve_topic_name(i.named(mark))) for i in inputs]
+        return re.compile("|".join(topic.replace(mark, "[^/]+") for topic in topics))
 
     def undeclared(self) -> list[str]:
         """Topics published for a grasp or obstacle that the scene does not have; warns once of each."""
         for topic, _types in self._node.get_topic_names_and_types():
             if topic in self._subscriptions or topic in self._undeclared:
                 continue
-            for kind, names in self._names.items():
-                if topic.startswith(self._node.resolve_topic_name(f"~/{kind}") + "/") and self._node.count_publishers(
-                    topic
-                ):
-                    self._undeclared[topic] = None
-                    known = ", ".join(names) or "none"
-                    self._node.get_logger().warning(
-                        f"{topic}: nobody listens; the scene declares these {kind}s: {known}"
-                    )
+            kind = next((kind for kind, form in self._forms.items() if form.fullmatch(topic)), None)
+            if kind is not None and self._node.count_publishers(topic):
+                self._undeclared[topic] = None
+                known = ", ".join(self._names[kind]) or "none"
+                self._node.get_logger().warning(f"{topic}: nobody listens; the scene declares these {kind}: {known}")
         return [topic for topic in self._undeclared if self._node.count_publishers(topic)]
 
     def destroy(self) -> None:
