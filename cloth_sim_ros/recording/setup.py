@@ -21,7 +21,7 @@ from cloth_core import ClothError, ClothMesh, ClothSolver, Inputs, Material, Sol
 from cloth_core.inputs import pose_as_list, pose_from_list
 from cloth_core.obstacles import SHAPES, Obstacle
 from cloth_core.scene import Scene, View
-from cloth_sim_ros.recording.content import in_force, pack, unpack
+from cloth_sim_ros.recording.content import pack, unpack
 from cloth_sim_ros.session.errors import SessionError
 
 FORMAT = "1"
@@ -32,16 +32,17 @@ _SHAPE_NAMES = {shape: name for name, shape in SHAPES.items()}
 
 def attachments_of(scene: Scene, solver: ClothSolver, parameters: Mapping[str, Any]) -> dict[str, bytes]:
     """What a session carries so that ``scene_from`` gives the scene back; ``parameters`` are the node's, as JSON."""
-    simulated = {
+    in_force = {
         "name": scene.name,
-        **in_force(solver),
+        "material": solver.material.as_mapping(),
+        "solver": solver.config.as_mapping(),
         "obstacles": {name: _obstacle_mapping(shape) for name, shape in solver.obstacles.items()},
         "inputs": scene.inputs.as_mapping(),
         "placement": pose_as_list(scene.placement),
         "pins": list(scene.pins),
         "view": scene.view.as_mapping(),
     }
-    document = {"scene": simulated, "parameters": dict(parameters)}
+    document = {"scene": in_force, "parameters": dict(parameters)}
     return {
         "scene.yaml": scene.text.encode(),
         "parameters.json": json.dumps(document, indent=1, default=str).encode(),

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from cloth_core import Pose
-from cloth_core.obstacles import SHAPES, Obstacle
+from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Plane, Sphere
 from cloth_sim_ros.vision import kernels
 from cloth_sim_ros.vision.camera import NEAR, Lens
 
 _TILES = 64  # across the image
+_ANALYTIC = (Plane, Sphere, Box, Capsule, Ellipsoid)
 
 
 def visible_vertices(
@@ -31,14 +32,14 @@ def visible_vertices(
         lens: how it maps points.
         position: (V, 3) m.
         triangles: (T, 3); both sides hide what is behind.
-        obstacles: by name. Of meshes only the analytic shapes hide anything.
+        obstacles: by name. Only the analytic shapes hide anything; meshes do not yet.
         poses: where they stand; those not named stand where they started.
     """
     seen_from = pose.inverse_apply(position)
     pixel, seen = lens.project(seen_from)
     eye = np.array(pose.position)
     for name, obstacle in obstacles.items():
-        if type(obstacle) in _ANALYTIC:
+        if isinstance(obstacle, _ANALYTIC):
             at = poses.get(name, obstacle.pose)
             size = np.array(obstacle.size, dtype=float)
             kernels.hide_behind_shape(
@@ -52,6 +53,3 @@ def visible_vertices(
         position, triangles, eye, pixel, tile, _TILES, down, start, listed, seen
     )  # fmt: skip
     return np.flatnonzero(seen).astype(np.uint32)
-
-
-_ANALYTIC = frozenset(SHAPES.values())
