@@ -78,34 +78,45 @@ def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tensio
 
 @lane_kernel
 def _add_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
-    """The springs of a share, by the batch: collected, worked on in vector lanes, and given out again."""
+    """The springs of a share, by the batch: collected, worked on in vector lanes, and given out again.
+
+    Springs are in the order of their first ends, which are therefore read and written once for all that begin there.
+    """
     room = np.empty((4, BATCH))
     x, y, z, gain = room[0], room[1], room[2], room[3]
     for first in range(0, spring_vertex.shape[0], BATCH):
         count = min(BATCH, spring_vertex.shape[0] - first)
+        i = spring_vertex[first, 0]
+        px, py, pz = position[i, 0], position[i, 1], position[i, 2]
+        qx, qy, qz = start[i, 0], start[i, 1], start[i, 2]
         for n in range(count):
-            i = spring_vertex[first + n, 0]
+            if spring_vertex[first + n, 0] != i:
+                i = spring_vertex[first + n, 0]
+                px, py, pz = position[i, 0], position[i, 1], position[i, 2]
+                qx, qy, qz = start[i, 0], start[i, 1], start[i, 2]
             j = spring_vertex[first + n, 1]
-            dx = position[j, 0] - position[i, 0]
-            dy = position[j, 1] - position[i, 1]
-            dz = position[j, 2] - position[i, 2]
-            gain[n] = (
-                dx * (dx - start[j, 0] + start[i, 0])
-                + dy * (dy - start[j, 1] + start[i, 1])
-                + dz * (dz - start[j, 2] + start[i, 2])
-            )
+            dx, dy, dz = position[j, 0] - px, position[j, 1] - py, position[j, 2] - pz
+            gain[n] = dx * (dx - start[j, 0] + qx) + dy * (dy - start[j, 1] + qy) + dz * (dz - start[j, 2] + qz)
             x[n], y[n], z[n] = dx, dy, dz
         of_batch = slice(first, first + count)
         _pull(x, y, z, gain, rest[of_batch], stiffness[of_batch], tension[of_batch], viscosity, scale)
+        i = spring_vertex[first, 0]
+        ax = ay = az = 0.0
         for n in range(count):
-            i = spring_vertex[first + n, 0]
-            j = spring_vertex[first + n, 1]
-            right_side[i, 0] += x[n]
-            right_side[i, 1] += y[n]
-            right_side[i, 2] += z[n]
-            right_side[j, 0] -= x[n]
-            right_side[j, 1] -= y[n]
-            right_side[j, 2] -= z[n]
+            if spring_vertex[first + n, 0] != i:
+                _add(right_side, i, ax, ay, az)
+                i = spring_vertex[first + n, 0]
+                ax = ay = az = 0.0
+            ax, ay, az = ax + x[n], ay + y[n], az + z[n]
+            _add(right_side, spring_vertex[first + n, 1], -x[n], -y[n], -z[n])
+        _add(right_side, i, ax, ay, az)
+
+
+@lane_kernel
+def _add(right_side, v, x, y, z):
+    right_side[v, 0] += x
+    right_side[v, 1] += y
+    right_side[v, 2] += z
 
 
 @lane_kernel
@@ -121,12 +132,29 @@ def _pull(x, y, z, gain, rest, stiffness, tension, viscosity, scale):
         z[n] *= c
 
 
-@kernel
-def find_taut(position, limited, spring_vertex, shortest, tension, taut):
+@shared_kernel
+def find_taut(position, limited, spring_vertex, shortest, tension, shares, taut):
     """List those of the ``limited`` springs (L,) that are longer than ``shortest`` (S,) m or under ``tension`` (S,) N.
 
-    Returns how many there are; their numbers stand at the beginning of ``taut`` (L,).
+    Returns how many there are; their numbers stand at the beginning of ``taut`` (L,), in the order of ``limited``,
+    however many ``shares`` they are looked through in.
     """
+    count = limited.shape[0]
+    found = np.zeros(shares, np.int64)
+    for n in prange(shares):
+        of_share = slice(n * count // shares, (n + 1) * count // shares)
+        found[n] = _find_taut(position, limited[of_share], spring_vertex, shortest, tension, taut[of_share])
+    total = found[0]
+    for n in range(1, shares):
+        first = n * count // shares
+        for m in range(found[n]):
+            taut[total + m] = taut[first + m]
+        total += found[n]
+    return total
+
+
+@kernel
+def _find_taut(position, limited, spring_vertex, shortest, tension, taut):
     count = 0
     for n in range(limited.shape[0]):
         s = limited[n]
@@ -248,9 +276,19 @@ def calm_overlong(position, velocity, lag, taut, spring_vertex, longest, inverse
             velocity[j, 2] += b * dz
 
 
+@shared_kernel
+def any_longer(position, limited, spring_vertex, longest, shares):
+    """Whether one of the ``limited`` springs, looked through in ``shares``, is longer than ``longest`` (S,) m."""
+    count = limited.shape[0]
+    found = np.zeros(shares, np.bool_)
+    for n in prange(shares):
+        of_share = slice(n * count // shares, (n + 1) * count // shares)
+        found[n] = _any_longer(position, limited[of_share], spring_vertex, longest)
+    return found.any()
+
+
 @kernel
-def any_longer(position, limited, spring_vertex, longest):
-    """Whether one of the ``limited`` springs is longer than ``longest`` (S,) m."""
+def _any_longer(position, limited, spring_vertex, longest):
     for n in range(limited.shape[0]):
         s = limited[n]
         i = spring_vertex[s, 0]

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from cloth_core.kernels import springs
+from cloth_core.kernels import shares, springs
 from cloth_core.kernels.weld import weld_overlong
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -68,7 +68,8 @@ class Restraint:
         return vertex
 
     def _overlong(self, position: np.ndarray) -> bool:
-        return springs.any_longer(position, self._limited, self._vertex, self._longest)
+        count = shares.count(len(position))
+        return springs.any_longer(position, self._limited, self._vertex, self._longest, count)
 
     def _sweep(self, end: np.ndarray, unmoved: np.ndarray) -> None:
         """Shorten what is too long, of which some vertices stay ``unmoved``."""
