@@ -12,14 +12,9 @@ WORTH = 2000
 """Vertices of a cloth from which on shares pay."""
 
 
-def count(vertices: int) -> int:
-    """How many shares the work on a cloth of so many ``vertices`` is done in."""
-    return SHARES if vertices >= WORTH else 1
-
-
 def room(vertices: int) -> np.ndarray:
     """(P, V, 3), where all shares but the first of a sum over a cloth of so many ``vertices`` are collected."""
-    return np.zeros((count(vertices) - 1, vertices, 3))
+    return np.zeros((SHARES - 1 if vertices >= WORTH else 0, vertices, 3))
 
 
 @kernel

@@ -132,29 +132,12 @@ def _pull(x, y, z, gain, rest, stiffness, tension, viscosity, scale):
         z[n] *= c
 
 
-@shared_kernel
-def find_taut(position, limited, spring_vertex, shortest, tension, shares, taut):
+@kernel
+def find_taut(position, limited, spring_vertex, shortest, tension, taut):
     """List those of the ``limited`` springs (L,) that are longer than ``shortest`` (S,) m or under ``tension`` (S,) N.
 
-    Returns how many there are; their numbers stand at the beginning of ``taut`` (L,), in the order of ``limited``,
-    however many ``shares`` they are looked through in.
+    Returns how many there are; their numbers stand at the beginning of ``taut`` (L,).
     """
-    count = limited.shape[0]
-    found = np.zeros(shares, np.int64)
-    for n in prange(shares):
-        of_share = slice(n * count // shares, (n + 1) * count // shares)
-        found[n] = _find_taut(position, limited[of_share], spring_vertex, shortest, tension, taut[of_share])
-    total = found[0]
-    for n in range(1, shares):
-        first = n * count // shares
-        for m in range(found[n]):
-            taut[total + m] = taut[first + m]
-        total += found[n]
-    return total
-
-
-@kernel
-def _find_taut(position, limited, spring_vertex, shortest, tension, taut):
     count = 0
     for n in range(limited.shape[0]):
         s = limited[n]
@@ -276,19 +259,9 @@ def calm_overlong(position, velocity, lag, taut, spring_vertex, longest, inverse
             velocity[j, 2] += b * dz
 
 
-@shared_kernel
-def any_longer(position, limited, spring_vertex, longest, shares):
-    """Whether one of the ``limited`` springs, looked through in ``shares``, is longer than ``longest`` (S,) m."""
-    count = limited.shape[0]
-    found = np.zeros(shares, np.bool_)
-    for n in prange(shares):
-        of_share = slice(n * count // shares, (n + 1) * count // shares)
-        found[n] = _any_longer(position, limited[of_share], spring_vertex, longest)
-    return found.any()
-
-
 @kernel
-def _any_longer(position, limited, spring_vertex, longest):
+def any_longer(position, limited, spring_vertex, longest):
+    """Whether one of the ``limited`` springs is longer than ``longest`` (S,) m."""
     for n in range(limited.shape[0]):
         s = limited[n]
         i = spring_vertex[s, 0]

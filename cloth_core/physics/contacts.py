@@ -150,7 +150,6 @@ class Contacts(HeldMasses):
         """Points that were pushed in this substep."""
         return int(np.count_nonzero(self._points.pushed[: self._count]))
 
-    @property
     def touched(self) -> np.ndarray:
         """Vertices that were pushed in this substep."""
         pushed = np.flatnonzero(self._points.pushed[: self._count])

@@ -10,11 +10,11 @@ obstacle it does not move.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from cloth_core.kernels import shares, springs
+from cloth_core.kernels import springs
 from cloth_core.kernels.weld import weld_overlong
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -51,15 +51,15 @@ class Restraint:
         self._hands, self._pinned = [vertex for vertex in hands if len(vertex)], pinned
 
     def apply(
-        self, start: np.ndarray, end: np.ndarray, velocity: np.ndarray, h: float, lying: np.ndarray
+        self, start: np.ndarray, end: np.ndarray, velocity: np.ndarray, h: float, touched: Callable[[], np.ndarray]
     ) -> np.ndarray:
         """Restrain the way from ``start`` to ``end`` (V, 3) m of ``h`` s; ``end`` and ``velocity`` in place.
 
-        ``lying`` are the vertices that touch an obstacle. Returns those that go another way now.
+        ``touched`` gives the vertices that touch an obstacle. Returns those that go another way now.
         """
         if not self._overlong(end):
             return np.zeros(0, np.int64)
-        before = end.copy()
+        before, lying = end.copy(), touched()
         self._sweep(end, np.concatenate([self._pinned, lying, *self._hands]))
         if self._overlong(end):
             self._weld(start, end, h, lying)
@@ -68,8 +68,7 @@ class Restraint:
         return vertex
 
     def _overlong(self, position: np.ndarray) -> bool:
-        count = shares.count(len(position))
-        return springs.any_longer(position, self._limited, self._vertex, self._longest, count)
+        return springs.any_longer(position, self._limited, self._vertex, self._longest)
 
     def _sweep(self, end: np.ndarray, unmoved: np.ndarray) -> None:
         """Shorten what is too long, of which some vertices stay ``unmoved``."""

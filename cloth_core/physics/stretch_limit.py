@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from cloth_core.kernels import shares
 from cloth_core.kernels import springs as kernels
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -76,9 +75,7 @@ class StretchLimit(HeldMasses):
             position: (V, 3) m.
             tension: (S,) N, by which springs at their limit pull beyond their stiffness.
         """
-        count = kernels.find_taut(
-            position, self._limited, self._vertex, self._shortest, tension, shares.count(len(position)), self._room
-        )
+        count = kernels.find_taut(position, self._limited, self._vertex, self._shortest, tension, self._room)
         self._taut = self._room[:count]
 
     def carry(self, start: np.ndarray, position: np.ndarray, tension: np.ndarray) -> None:

@@ -78,16 +78,16 @@ def test_tensions_fade_and_grow_with_the_excess_between_none_and_the_strongest(s
     np.testing.assert_allclose(tension, expected, atol=1e-11)
 
 
-@given(SEEDS, st.integers(1, 3))
-def test_taut_are_the_limited_springs_that_are_long_or_under_tension(seed, shares):
+@given(SEEDS)
+def test_taut_are_the_limited_springs_that_are_long_or_under_tension(seed):
     random, x, _, pairs, rest, _ = random_net(seed)
     limited = np.flatnonzero(random.random(len(pairs)) < 0.7)
     tension = 1.0 * (random.random(len(pairs)) < 0.2)
     taut = np.full(len(limited), -1)
-    count = springs.find_taut(x, limited, pairs, rest, tension, shares, taut)
+    count = springs.find_taut(x, limited, pairs, rest, tension, taut)
     stretch = twins.stretches(x, pairs, rest)
     assert taut[:count].tolist() == [s for s in limited if stretch[s] > 1.0 or tension[s] > 0.0]
-    assert springs.any_longer(x, limited, pairs, rest, shares) == any(stretch[s] > 1.0 for s in limited)
+    assert springs.any_longer(x, limited, pairs, rest) == any(stretch[s] > 1.0 for s in limited)
 
 
 @given(SEEDS, st.booleans())
