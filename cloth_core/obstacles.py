@@ -54,6 +54,11 @@ class Obstacle(Settings):
         """Least radius of curvature of the surface in m; 0 if it has edges."""
         raise NotImplementedError
 
+    @property
+    def inradius(self) -> float:
+        """Radius in m of the largest ball that fits inside."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plane(Obstacle):
@@ -91,6 +96,11 @@ class Plane(Obstacle):
         """A plane does not bend."""
         return float("inf")
 
+    @property
+    def inradius(self) -> float:
+        """Below a plane there is room for any ball."""
+        return float("inf")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sphere(Obstacle):
@@ -111,6 +121,11 @@ class Sphere(Obstacle):
 
     @property
     def roundness(self) -> float:
+        """The radius."""
+        return self.radius
+
+    @property
+    def inradius(self) -> float:
         """The radius."""
         return self.radius
 
@@ -139,6 +154,11 @@ class Box(Obstacle):
         """A box has edges."""
         return 0.0
 
+    @property
+    def inradius(self) -> float:
+        """Half the shortest edge."""
+        return min(self.size)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Capsule(Obstacle):
@@ -160,6 +180,11 @@ class Capsule(Obstacle):
 
     @property
     def roundness(self) -> float:
+        """The radius."""
+        return self.radius
+
+    @property
+    def inradius(self) -> float:
         """The radius."""
         return self.radius
 
@@ -187,6 +212,11 @@ class Ellipsoid(Obstacle):
     def roundness(self) -> float:
         """That at the end of the longest semi-axis, across the shortest."""
         return min(self.radii) ** 2 / max(self.radii)
+
+    @property
+    def inradius(self) -> float:
+        """The shortest semi-axis."""
+        return min(self.radii)
 
 
 SHAPES: dict[str, type[Obstacle]] = {
