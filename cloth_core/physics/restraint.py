@@ -19,9 +19,9 @@ from cloth_core.kernels.weld import weld_overlong
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 
-MARGIN = 0.045
+MARGIN = 0.028
 """By which a thread may exceed its stretch limit for a moment, as a share of its rest length."""
-AIM = 0.03
+AIM = 0.015
 """What the further sweeps aim at, likewise; less than ``MARGIN``, for they never quite get there."""
 SWEEPS = 30
 """Most of them in a substep."""
