@@ -66,7 +66,7 @@ def find_points(
         kind, size, reach = bodies.kind[o], bodies.size[o], bodies.reach[o]
         rotation, origin, travel = bodies.rotation_before[o], bodies.origin_before[o], bodies.travel[o]
         for v in prange(vertices):
-            survey(start, v, kind, size, rotation, origin, reach, beyond + way[v], distance, normal)
+            survey(start, v, kind, size, rotation, origin, reach, beyond + way[v], sharp[o], distance, normal)
         for v in range(vertices):
             moves = way[v] + travel
             if free[v] and distance[v] < 2.0 * shell + moves:
@@ -120,21 +120,24 @@ def box_distance_to(low, high, center):
 
 
 @inlined_kernel
-def survey(start, v, kind, size, rotation, origin, reach, near, distance, normal):
-    """Distance of vertex ``v``, and the normal there in the frame of the obstacle; farther than ``near``, a bound."""
+def survey(start, v, kind, size, rotation, origin, reach, near, sharp, distance, normal):
+    """Distance of vertex ``v``; farther than ``near``, a bound. If ``sharp``, the normal in the obstacle's frame, too."""
     x, y, z = start[v, 0] - origin[0], start[v, 1] - origin[1], start[v, 2] - origin[2]
-    normal[v, 0] = normal[v, 1] = normal[v, 2] = 0.0
-    distance[v] = math.sqrt(x * x + y * y + z * z) - reach
-    if distance[v] <= near:
+    nx = ny = nz = 0.0
+    away = math.sqrt(x * x + y * y + z * z) - reach
+    if away <= near:
         x, y, z = (
             rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
             rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
             rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
         )
         if kind == PLANE:
-            distance[v], normal[v, 2] = z, 1.0
+            away, nz = z, 1.0
         else:
-            distance[v], normal[v, 0], normal[v, 1], normal[v, 2] = signed_distance(kind, size, x, y, z)
+            away, nx, ny, nz = signed_distance(kind, size, x, y, z)
+    distance[v] = away
+    if sharp:
+        normal[v, 0], normal[v, 1], normal[v, 2] = nx, ny, nz
 
 
 @kernel
