@@ -34,13 +34,23 @@ class Passivity:
         self._damped = -math.expm1(-2.0 * model.material.damping * time)
 
     def begin(
-        self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, flow: np.ndarray, gravity: np.ndarray
+        self,
+        position: np.ndarray,
+        velocity: np.ndarray,
+        lag: np.ndarray,
+        flow: np.ndarray,
+        gravity: np.ndarray,
+        *,
+        alone: bool = True,
     ) -> None:
-        """Take the energy at the beginning of a step: (V, 3) m, m/s, m/s; ``flow`` (V, 3) m/s, gravity (3,) m/s^2."""
+        """Take the energy at the beginning of a step: (V, 3) m, m/s, m/s; ``flow`` (V, 3) m/s, gravity (3,) m/s^2.
+
+        A cloth that is not ``alone`` with these may gain energy.
+        """
         speed = SLOW * self._model.h * float(np.linalg.norm(gravity))
         self._slow = 0.5 * float(self._mass.sum()) * speed * speed
         self._start, self._gravity, self._kinetic = position, gravity, self.kinetic(velocity)
-        self._watched = self._kinetic < self._slow and self._model.contacts.still and not flow.any()
+        self._watched = alone and self._kinetic < self._slow and self._model.contacts.still and not flow.any()
         self._energy = self.energy(position, velocity + lag, gravity) if self._watched else 0.0
 
     def end(self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, held: np.ndarray) -> None:
