@@ -72,12 +72,36 @@ def hidden(kind, size, rotation, origin, ex, ey, ez, x, y, z, first, last, fines
 
 
 @kernel
+def misses(along, aside, radius, reach, depth, width):
+    """Whether a ball of ``radius`` m lies outside the wake of an obstacle.
+
+    Its middle is ``along`` m downwind and ``aside`` m beside the obstacle's origin. A point is a ball of radius 0.
+    """
+    last = along + radius + reach
+    return last <= 0.0 or along - radius - depth >= ENDED * width or aside - radius > reach + SPREAD * last
+
+
+@kernel
+def ball_about(position):
+    """Middle and radius in m of a ball that holds all of ``position`` (V, 3) m, not the least one."""
+    x, y, z = 0.0, 0.0, 0.0
+    for v in range(position.shape[0]):
+        x, y, z = x + position[v, 0], y + position[v, 1], z + position[v, 2]
+    x, y, z = x / position.shape[0], y / position.shape[0], z / position.shape[0]
+    square = 0.0
+    for v in range(position.shape[0]):
+        square = max(square, (position[v, 0] - x) ** 2 + (position[v, 1] - y) ** 2 + (position[v, 2] - z) ** 2)
+    return x, y, z, math.sqrt(square)
+
+
+@kernel
 def shelter(position, bodies: Bodies, half, drift, mean, flow):
     """Bring the ``flow`` (V, 3) m/s behind each obstacle to the obstacle's own velocity ``drift`` (O, 3) m/s, in place.
 
     ``half`` (O, 3) m are the half edges of a box about it, infinite where it is to be left out. Wakes point along the
     ``mean`` (3,) m/s of the wind, relative to the obstacle.
     """
+    mx, my, mz, radius = ball_about(position)
     for o in range(half.shape[0]):
         ux, uy, uz = drift[o, 0], drift[o, 1], drift[o, 2]
         ex, ey, ez = mean[0] - ux, mean[1] - uy, mean[2] - uz
@@ -89,17 +113,19 @@ def shelter(position, bodies: Bodies, half, drift, mean, flow):
         rotation, origin = bodies.rotation[o], bodies.origin[o]
         width, depth = least_width(rotation, half[o], ex, ey, ez), depth_of(rotation, half[o], ex, ey, ez)
         ox, oy, oz = origin[0], origin[1], origin[2]
+        px, py, pz = mx - ox, my - oy, mz - oz
+        along = px * ex + py * ey + pz * ez
+        aside = math.sqrt(max(px * px + py * py + pz * pz - along * along, 0.0))
+        if misses(along, aside, radius, reach, depth, width):
+            continue
         for v in range(position.shape[0]):
             x, y, z = position[v, 0], position[v, 1], position[v, 2]
             px, py, pz = x - ox, y - oy, z - oz
             along = px * ex + py * ey + pz * ez
-            last = along + reach
-            if last <= 0.0 or along - depth >= ENDED * width:
+            aside = math.sqrt(max(px * px + py * py + pz * pz - along * along, 0.0))
+            if misses(along, aside, 0.0, reach, depth, width):
                 continue
-            aside = reach + SPREAD * last
-            if px * px + py * py + pz * pz - along * along > aside * aside:
-                continue
-            first = max(along - reach, 0.0)
+            first, last = max(along - reach, 0.0), along + reach
             share = hidden(kind, size, rotation, origin, ex, ey, ez, x, y, z, first, last, FINEST * width)
             if share > 0.0:
                 share *= smooth((ENDED - (along - depth) / width) / (ENDED - SHELTERED))

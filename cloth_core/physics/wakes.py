@@ -42,12 +42,10 @@ class Wakes:
         To be called when the contacts have begun the step. What counts is the wind relative to an obstacle: one that
         moves drags the air behind it along.
         """
-        if not len(self._half):
+        if not len(self._half) or (self._contacts.still and not any(wind.velocity)):
             return
         mean = np.array(capped(wind.velocity, self._config.max_wind_speed)[0])
         drift = self._contacts.way / self._config.dt
-        if not (mean.any() or drift.any()):
-            return
         bodies = self._contacts.bodies
         for number in self._endless:
             normal = bodies.rotation[number, :, 2]

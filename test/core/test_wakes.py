@@ -16,6 +16,7 @@ from cloth_core.kernels import wakes as kernels
 from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Plane, Sphere
 from cloth_core.physics.contacts import Contacts
 from cloth_core.physics.wakes import Wakes
+from cloth_core.validation import medium
 
 MESH = ClothMesh.grid(width=1.0, height=1.0, columns=2, rows=2)
 FINITE = (
@@ -197,3 +198,21 @@ def test_behind_an_obstacle_a_hanging_cloth_does_not_flap(integrator, lively, as
         state = solver.step(state, inputs)
         speeds.append(np.linalg.norm(state.velocity, axis=1).max())
     assert (max(speeds[100:]) < 1e-6) if still else (max(speeds[100:]) > lively)
+
+
+def test_the_law_of_the_shadow_sees_when_there_is_none(monkeypatch):
+    law = next(law for law in medium.LAWS if law.name == "wind shadow")
+    monkeypatch.setattr(Wakes, "shelter", lambda *_: None)
+    assert not law.check("implicit_midpoint").passed
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=30)
+def test_a_cloth_is_passed_over_only_if_none_of_it_is_sheltered(seed):
+    """The ball about the whole must miss nothing that its single points meet."""
+    random = np.random.default_rng(seed)
+    body = {"it": FINITE[random.integers(4)](1.0)}
+    cloth = random.normal(0, 4.0, 3) + random.normal(0, random.uniform(0.1, 3.0), (40, 3))
+    wind = tuple(random.normal(0, 5, 3))
+    alone = np.concatenate([felt(body, point[None], wind) for point in cloth])
+    np.testing.assert_array_equal(felt(body, cloth, wind), alone)
