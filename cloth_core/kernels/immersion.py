@@ -55,41 +55,42 @@ def immerse(position, velocity, rest_area, mass, thickness, gravity, h, regions:
     be: forces of where it is would feed what bobs. Where regions overlap, those that come first count.
     ``area_vector`` (V, 3) m^2 shrinks to what is dry, and ``dry`` (V,) becomes its rest area in m^2.
     """
-    kind, size, rotation, origin = regions.kind, regions.size, regions.rotation, regions.origin
-    stream, face_on, skin, displaced = regions.velocity, regions.face_on, regions.along, regions.displaced
     gx, gy, gz = gravity[0], gravity[1], gravity[2]
-    pull = math.sqrt(gx * gx + gy * gy + gz * gz)
-    for v in range(position.shape[0]):
-        dry[v] = rest_area[v]
-        if rest_area[v] == 0.0:
-            continue
-        nx, ny, nz = area_vector[v, 0], area_vector[v, 1], area_vector[v, 2]
-        shown = math.sqrt(nx * nx + ny * ny + nz * nz)
-        scale = 1.0 / shown if shown > 0.0 else 0.0
-        nx, ny, nz = nx * scale, ny * scale, nz * scale
-        shown = min(shown, rest_area[v])
-        ux, uy, uz = velocity[v, 0], velocity[v, 1], velocity[v, 2]
-        x, y, z = position[v, 0] + h * ux, position[v, 1] + h * uy, position[v, 2] + h * uz
-        left, most = 1.0, mass[v] / h
-        for r in range(kind.shape[0]):
-            distance, ox, oy, oz = distance_in_world(kind[r], size[r], rotation[r], origin[r], x, y, z)
-            lifted = displaced[r] * rest_area[v]
+    gentle = GENTLE * math.sqrt(gx * gx + gy * gy + gz * gz) * h * h
+    dry[:] = 1.0
+    for r in range(regions.kind.shape[0]):
+        kind, size, rotation, origin = regions.kind[r], regions.size[r], regions.rotation[r], regions.origin[r]
+        sx, sy, sz = regions.velocity[r, 0], regions.velocity[r, 1], regions.velocity[r, 2]
+        face_on, skin, displaced = regions.face_on[r], regions.along[r], regions.displaced[r]
+        for v in range(position.shape[0]):
+            area = rest_area[v]
+            if area == 0.0 or dry[v] == 0.0:
+                continue
+            ux, uy, uz = velocity[v, 0], velocity[v, 1], velocity[v, 2]
+            x, y, z = position[v, 0] + h * ux, position[v, 1] + h * uy, position[v, 2] + h * uz
+            distance, ox, oy, oz = distance_in_world(kind, size, rotation, origin, x, y, z)
+            nx, ny, nz = area_vector[v, 0], area_vector[v, 1], area_vector[v, 2]
+            shown = math.sqrt(nx * nx + ny * ny + nz * nz)
+            scale = 1.0 / shown if shown > 0.0 else 0.0
+            nx, ny, nz = nx * scale, ny * scale, nz * scale
             across = min(abs(nx * ox + ny * oy + nz * oz), 1.0)
-            gentle = GENTLE * lifted * pull * h * h / mass[v]
-            share = left * wet_share(distance, across, thickness, rest_area[v], gentle)
+            lifted = displaced * area
+            share = dry[v] * wet_share(distance, across, thickness, area, gentle * lifted / mass[v])
             if share == 0.0:
                 continue
-            left -= share
-            wx, wy, wz = stream[r, 0] - ux, stream[r, 1] - uy, stream[r, 2] - uz
-            speed = share * math.sqrt(wx * wx + wy * wy + wz * wz)
-            c = min(face_on[r] * shown * speed, most)
-            d = min(skin[r] * rest_area[v] * speed, most)
+            dry[v] -= share
+            wx, wy, wz = sx - ux, sy - uy, sz - uz
+            speed, most = share * math.sqrt(wx * wx + wy * wy + wz * wz), mass[v] / h
+            c = min(face_on * min(shown, area) * speed, most)
+            d = min(skin * area * speed, most)
             through = (c - d) * (nx * wx + ny * wy + nz * wz)
             lifted *= share
             force[v, 0] += d * wx + through * nx - lifted * gx
             force[v, 1] += d * wy + through * ny - lifted * gy
             force[v, 2] += d * wz + through * nz - lifted * gz
-        dry[v] *= left
-        area_vector[v, 0] *= left
-        area_vector[v, 1] *= left
-        area_vector[v, 2] *= left
+    for v in range(position.shape[0]):
+        share = dry[v]
+        dry[v] *= rest_area[v]
+        area_vector[v, 0] *= share
+        area_vector[v, 1] *= share
+        area_vector[v, 2] *= share
