@@ -50,6 +50,11 @@ class Obstacle(Settings):
         raise NotImplementedError
 
     @property
+    def half_extents(self) -> tuple[float, float, float]:
+        """Half the edges in m of a box about the frame's origin, along its axes, that holds the shape."""
+        return (self.reach, self.reach, self.reach)
+
+    @property
     def roundness(self) -> float:
         """Least radius of curvature of the surface in m; 0 if it has edges."""
         raise NotImplementedError
@@ -145,6 +150,11 @@ class Box(Obstacle):
         return tuple(0.5 * e for e in self.extents)  # type: ignore[return-value]
 
     @property
+    def half_extents(self) -> tuple[float, float, float]:
+        """Half the edge lengths."""
+        return self.size
+
+    @property
     def reach(self) -> float:
         """Half the space diagonal."""
         return float(np.linalg.norm(self.size))
@@ -174,6 +184,11 @@ class Capsule(Obstacle):
         return (self.radius, 0.5 * self.length, 0.0)
 
     @property
+    def half_extents(self) -> tuple[float, float, float]:
+        """Radius, radius, half the whole length."""
+        return (self.radius, self.radius, self.reach)
+
+    @property
     def reach(self) -> float:
         """Half the whole length."""
         return self.radius + 0.5 * self.length
@@ -200,6 +215,11 @@ class Ellipsoid(Obstacle):
 
     @property
     def size(self) -> tuple[float, float, float]:
+        """The semi-axes."""
+        return self.radii
+
+    @property
+    def half_extents(self) -> tuple[float, float, float]:
         """The semi-axes."""
         return self.radii
 

@@ -34,17 +34,25 @@ class Passivity:
         self._damped = -math.expm1(-2.0 * model.material.damping * time)
 
     def begin(
-        self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, flow: np.ndarray, gravity: np.ndarray
+        self,
+        position: np.ndarray,
+        velocity: np.ndarray,
+        lag: np.ndarray,
+        flow: np.ndarray,
+        gravity: np.ndarray,
+        *,
+        alone: bool = True,
     ) -> None:
         """Take in the beginning of a step: (V, 3) m, m/s, m/s; ``flow`` (V, 3) m/s, gravity (3,) m/s^2.
 
-        The arrays are kept, and must stay what they are until the end.
+        The arrays are kept, and must stay what they are until the end. A cloth that is not ``alone`` with these may
+        gain energy.
         """
         speed = SLOW * self._model.h * float(np.linalg.norm(gravity))
         self._slow = 0.5 * float(self._mass.sum()) * speed * speed
         self._start, self._velocity, self._lag, self._gravity = position, velocity, lag, gravity
         self._kinetic = self.kinetic(velocity)
-        self._watched = self._kinetic < self._slow and self._model.contacts.still and not flow.any()
+        self._watched = alone and self._kinetic < self._slow and self._model.contacts.still and not flow.any()
 
     def end(self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, held: np.ndarray) -> None:
         """Slow down ``velocity`` and ``lag`` (V, 3) m/s in place if less energy is gone than damping takes.

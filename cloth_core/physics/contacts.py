@@ -116,6 +116,17 @@ class Contacts(HeldMasses):
         self._bodies.origin[number] = pose.position
 
     @property
+    def bodies(self) -> Bodies:
+        """Where they are; to be read."""
+        return self._bodies
+
+    @property
+    def way(self) -> np.ndarray:
+        """(O, 3) m that each obstacle goes in this step; teleports are none."""
+        ways = [np.subtract(end.position, start.position) for start, end in self._way_of_bodies]
+        return np.array(ways, dtype=float).reshape(len(ways), 3)
+
+    @property
     def still(self) -> bool:
         """Whether no obstacle moves in this step."""
         return all(start == end for start, end in self._way_of_bodies)
