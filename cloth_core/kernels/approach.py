@@ -121,7 +121,7 @@ def box_distance_to(low, high, center):
 
 @inlined_kernel
 def survey(start, v, kind, size, rotation, origin, reach, near, sharp, distance, normal):
-    """Distance of vertex ``v``; farther than ``near``, a bound. If ``sharp``, the normal in the obstacle's frame, too."""
+    """Distance of vertex ``v``; farther than ``near``, a bound. If ``sharp``, its normal in that frame, too."""
     x, y, z = start[v, 0] - origin[0], start[v, 1] - origin[1], start[v, 2] - origin[2]
     nx = ny = nz = 0.0
     away = math.sqrt(x * x + y * y + z * z) - reach
