@@ -31,8 +31,8 @@ class Interface:
         type_name: ROS interface type.
         meaning: one line for people.
         qos: what the node offers or asks for; None for services.
-        declared: part of the scene that declares the names: ``grasps``, ``obstacles``, ``groups``, or nothing;
-            or :data:`CLOSURES`.
+        declared: part of the scene that declares the names: ``grasps``, ``obstacles``, ``fluids``, ``groups``, or
+            nothing; or :data:`CLOSURES`.
     """
 
     direction: str
@@ -73,6 +73,10 @@ WIND = Interface(
 WIND_POSE = Interface(
     "in", "~/wind/pose", "geometry_msgs/msg/PoseStamped",
     "a pointer: wind of the speed wind_pointer_speed blows along its x axis", NEWEST,
+)  # fmt: skip
+FLUID_VELOCITY = Interface(
+    "in", "~/fluid/{name}/velocity", "geometry_msgs/msg/Vector3Stamped",
+    "velocity in m/s of a region of fluid, turned into the cloth's frame", NEWEST, "fluids",
 )  # fmt: skip
 GROUP_PIN = Interface(
     "in", "~/group/{name}/pin", "std_msgs/msg/Bool",
@@ -142,7 +146,10 @@ STEP = Interface("srv", "~/step", "std_srvs/srv/Trigger", "one step, while pause
 SNAPSHOT = Interface("srv", "~/snapshot", "std_srvs/srv/Trigger", "keeps the cloth and its inputs, in one place")
 RESTORE = Interface("srv", "~/restore", "std_srvs/srv/Trigger", "back to what ~/snapshot kept, bit for bit")
 
-INPUTS = (GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, WIND_POSE, OBSTACLE_POSE, GROUP_PIN, CAMERA_POSE, CAMERA_INFO)
+INPUTS = (
+    *(GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, WIND_POSE, FLUID_VELOCITY),
+    *(OBSTACLE_POSE, GROUP_PIN, CAMERA_POSE, CAMERA_INFO),
+)
 OUTPUTS = (POINTS, VISIBLE, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, *STATS.values(), DIAGNOSTICS)
 SERVICES = (PAUSE, RESET, STEP, SNAPSHOT, RESTORE)
 INTERFACES = (*INPUTS, *OUTPUTS, *SERVICES)

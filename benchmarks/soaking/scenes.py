@@ -13,6 +13,7 @@ material: {{areal_density: 0.15, stretch_warp: 500.0, stretch_weft: 500.0, shear
 obstacles:
   floor: {{plane: {{}}}}
   ball: {{sphere: {{radius: 0.2, center: [0.0, -0.5, 0.6]}}}}
+fluids: {{pool: {{box: {{extents: [1, 1, 1], center: [0, 0, -50]}}}}}}
 pins: [left]
 grasps: {{hand: {{radius: 0.06}}}}
 """

@@ -51,7 +51,8 @@ def sources(
         full_name: resolves and remaps a topic.
     """
     groups = [name for name in scene.mesh.groups if _IN_TOPIC.fullmatch(name)]
-    declared = {"": [""], "grasps": scene.inputs.grasps, "obstacles": scene.obstacles, "groups": groups}
+    declared = {"": [""], "grasps": scene.inputs.grasps, "obstacles": scene.obstacles}
+    declared |= {"fluids": scene.inputs.fluids, "groups": groups}
     named = [(i, i.named(name), name) for i in interfaces.INPUTS for name in declared.get(i.declared, [])]
     found = [(topic, Source(full_name(topic), interface, name)) for interface, topic, name in named]
     for topic in dict.fromkeys(mapping.topic for mapping in closures):
@@ -131,6 +132,9 @@ class Intake:
             self._set_wind(source, tuple(float(c) for c in velocity))  # type: ignore[arg-type]
         elif source.interface is interfaces.GRASP_POSE:
             self._simulation.set_grasp_pose(source.name, frame.compose(conversions.read_pose(message)), now)
+        elif source.interface is interfaces.FLUID_VELOCITY:
+            velocity = frame.rotation @ conversions.read_wind(message)
+            self._simulation.set_fluid(source.name, tuple(float(c) for c in velocity))  # type: ignore[arg-type]
         elif source.interface is interfaces.WIND_POSE:
             ahead = self.pointer_speed * frame.compose(conversions.read_pose(message)).rotation[:, 0]
             self._set_wind(source, tuple(float(c) for c in ahead))  # type: ignore[arg-type]

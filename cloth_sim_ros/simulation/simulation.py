@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cloth_core import ClothSolver, Grasp, InputError, Inputs, Pose, StepReport
+from cloth_core import ClothSolver, Grasp, InputError, Inputs, Pose, SettingError, StepReport
 from cloth_core.scene import Scene
 from cloth_sim_ros.recording.follow import pin_exactly
 from cloth_sim_ros.simulation.frame import Frame
@@ -38,9 +38,7 @@ class Simulation:
         self.grasp_timeout, self.grasp_cutoff = grasp_timeout, grasp_cutoff
         self._lock = threading.Lock()  # guards the inputs below
         self._pin_wishes: dict[str, bool] = {}
-        self._world = World(
-            {name: Hand() for name in scene.inputs.grasps}, scene.inputs.wind, dict(scene.inputs.obstacles)
-        )
+        self._world = self._first_world({name: Hand() for name in scene.inputs.grasps})
 
     def prepare(self) -> None:
         """Compile the kernels and factorise, so that no tick is slower than the others."""
@@ -63,6 +61,16 @@ class Simulation:
         """Mean wind in the cloth's frame, m/s; the scene's gusts stay."""
         with self._lock:
             self._world = replace(self._world, wind=replace(self._world.wind, velocity=velocity))
+
+    def set_fluid(self, name: str, velocity: tuple[float, float, float]) -> None:
+        """Velocity of a region of fluid in the cloth's frame, m/s."""
+        if name not in self._world.fluids:
+            raise InputError(f"no fluid {name}; this scene has {', '.join(self._world.fluids) or 'none'}")
+        with self._lock:
+            try:
+                self._world.fluids[name] = replace(self._world.fluids[name], velocity=velocity)
+            except SettingError as error:
+                raise InputError(str(error)) from None
 
     def pin(self, group: str, pinned: bool) -> None:
         """Pin a group of vertices where they are when the next step begins, or let them go."""
@@ -107,7 +115,7 @@ class Simulation:
             self.state, self.stale = self._start, ()
             grasps = self.scene.inputs.grasps.items()
             hands = {n: Hand(must_open=self._world.hands[n].closure >= grasp.open_at) for n, grasp in grasps}
-            self._world = World(hands, self.scene.inputs.wind, dict(self.scene.inputs.obstacles))
+            self._world = self._first_world(hands)
 
     def adopt(self, solver: ClothSolver) -> None:
         """Go on with another solver of the same cloth and obstacles; what is pinned stays so."""
@@ -132,6 +140,11 @@ class Simulation:
     def present(self) -> Frame:
         """The cloth as it is, without a step."""
         return Frame.of(self.solver.mesh, self.state, StepReport(), Inputs(), 0.0)
+
+    def _first_world(self, hands: dict[str, Hand]) -> World:
+        """What the scene itself does to the cloth."""
+        inputs = self.scene.inputs
+        return World(hands, inputs.wind, dict(inputs.obstacles), dict(inputs.fluids))
 
     def _hand(self, name: str) -> Hand:
         if name not in self._world.hands:
@@ -163,7 +176,8 @@ class Simulation:
                 grasps[name] = replace(self.scene.inputs.grasps[name], pose=hand.tracked.pose, closure=closure)
                 if now - hand.tracked.at > self.grasp_timeout:
                     stale.append(name)
-            inputs = replace(
-                self.scene.inputs, grasps=grasps, wind=self._world.wind, obstacles=dict(self._world.obstacles)
-            )
+            world = self._world.copy()
+        inputs = replace(
+            self.scene.inputs, grasps=grasps, wind=world.wind, obstacles=world.obstacles, fluids=world.fluids
+        )
         return inputs, tuple(stale)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cloth_core import ClothSolver, Pose, Wind
+from cloth_core.fluids import Fluid
 from cloth_sim_ros.simulation.jitter import Tracked
 
 
@@ -32,10 +33,11 @@ class World:
     hands: dict[str, Hand]
     wind: Wind
     obstacles: dict[str, Pose]
+    fluids: dict[str, Fluid]
 
     def copy(self) -> World:
         """Another one, which later inputs do not change."""
-        return World(dict(self.hands), self.wind, dict(self.obstacles))
+        return World(dict(self.hands), self.wind, dict(self.obstacles), dict(self.fluids))
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,9 +31,9 @@ TURNED = "world turned 1 0 0 0 0 0.7071067811865476 0.7071067811865476"  # 90 de
 
 
 class Kit:
-    def __init__(self):
+    def __init__(self, scene=SCENE):
         self.said = []
-        self.simulation = Simulation(Scene.parse(SCENE))
+        self.simulation = Simulation(Scene.parse(scene))
         self.notices = Notices(self.said.append, clock=lambda: 0.0)
         self.intake = Intake(self.simulation, FrameTree("world", [TURNED]), self.notices)
 
@@ -184,6 +184,19 @@ def test_a_pointer_directs_the_wind_along_its_x_axis(kit):
     kit.intake.pointer_speed = 2.5
     assert kit.intake.receive(Source("/pointer", interfaces.WIND_POSE), pose(9.0, 9.0, 9.0, frame="turned"), 0.0)
     assert kit.inputs().wind.velocity == pytest.approx((0.0, 2.5, 0.0))  # the frame is turned about z
+
+
+def test_a_fluid_flows_as_it_is_told_and_too_fast_a_stream_is_refused():
+    kit = Kit(SCENE + "fluids: {river: {plane: {}, velocity: [0.5, 0.0, 0.0]}}\n")
+    river = Source("/river", interfaces.FLUID_VELOCITY, "river")
+    assert kit.inputs().fluids["river"].velocity == (0.5, 0.0, 0.0)
+    assert kit.intake.receive(river, wind(2.0, frame="turned"), 0.0)
+    assert kit.inputs().fluids["river"].velocity == pytest.approx((0.0, 2.0, 0.0))
+    assert not kit.intake.receive(river, wind(500.0), 0.0)
+    assert "-100 .. 100" in kit.said[0]
+    assert kit.inputs().fluids["river"].velocity == pytest.approx((0.0, 2.0, 0.0))
+    kit.simulation.reset()
+    assert kit.inputs().fluids["river"].velocity == (0.5, 0.0, 0.0)
 
 
 def test_a_group_is_pinned_and_let_go(kit):
