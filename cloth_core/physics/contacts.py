@@ -13,7 +13,8 @@ from cloth_core.kernels.bodies import Bodies
 from cloth_core.kernels.contact import Points
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
-from cloth_core.obstacles import Obstacle
+from cloth_core.obstacles import FIELD, Obstacle
+from cloth_core.physics.field_contacts import FieldContacts
 from cloth_core.physics.stretch_limit import HeldMasses
 from cloth_core.pose import Pose
 
@@ -41,6 +42,8 @@ class Contacts(HeldMasses):
         config: SolverConfig,
     ) -> None:
         super().__init__(mass)
+        # Fields come last: their points are looked for after those of all others.
+        obstacles = dict(sorted(obstacles.items(), key=lambda named: named[1].kind == FIELD))
         self.names, self._config = list(obstacles), config
         count = len(self.names)
         solid = list(obstacles.values())
@@ -66,13 +69,15 @@ class Contacts(HeldMasses):
         square = self._longest_edge**2
         # The paper's masses are points (4.2.3), and in its long steps what is between them would only tear the cloth.
         between = config.integrator != "meyer2000"
+        self.fields = FieldContacts(obstacles, config.contact_shell, len(edges), between)
+        self._analytic = Bodies(*(array[: self.fields.first] for array in self._bodies))
         self._sharp = np.array(
             [between and square > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
         )
         self._thin = np.array([0.0 < shape.roundness < config.contact_shell for shape in solid], np.bool_)
         vertices = mesh.vertex_count
         self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
-        self._points, self._count = _room(2 * vertices if count else 0), 0
+        self._points, self._count, self._of_shapes = _room(2 * vertices if count else 0), 0, 0
 
     def hold(self, held: np.ndarray) -> None:
         """From now on these vertices go where they are taken, whatever is there."""
@@ -135,12 +140,16 @@ class Contacts(HeldMasses):
         """List what may touch while the vertices go from ``start`` to about ``predicted`` (V, 3) m in ``h`` s."""
         if not self.names:
             return
+        sheet = self._edge, self._triangle, self._longest_edge, self._free, self._inverse_mass
+        room, recover = (self._way, self._distance, self._surface), self._config.max_push_speed * h
         while True:
-            self._count = approach.find_points(
-                start, predicted, self._edge, self._triangle, self._longest_edge, self._free, self._inverse_mass,
-                self._bodies, self._sharp, self._thin, self._config.contact_shell, self._config.max_push_speed * h,
-                self._points, self._way, self._distance, self._surface,
+            self._of_shapes = approach.find_points(
+                start, predicted, *sheet, self._analytic, self._sharp, self._thin, self._config.contact_shell, recover,
+                self._points, *room,
             )  # fmt: skip
+            self._count = self.fields.find(
+                start, predicted, sheet, self._bodies, recover, self._points, self._of_shapes, room
+            )
             if self._count <= len(self._points.body):
                 return
             self._points = _room(2 * self._count)
@@ -161,8 +170,11 @@ class Contacts(HeldMasses):
         """Bring what is too deep back to the shell, in place; returns the farthest push in m."""
         if self._count == 0:
             return 0.0
-        return kernels.push_out(
-            position, self._bodies, self._points, self._count, self._inverse_mass, self._config.contact_shell
+        farthest = kernels.push_out(
+            position, self._analytic, self._points, self._of_shapes, self._inverse_mass, self._config.contact_shell
+        )
+        return max(
+            farthest, self.fields.push_out(position, self._bodies, self._points, self._count, self._inverse_mass)
         )
 
     def apply_friction(self, start: np.ndarray, position: np.ndarray) -> None:
