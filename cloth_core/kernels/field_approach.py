@@ -8,46 +8,69 @@ nearest sample allows.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
-from cloth_core.kernels import kernel, part_kernel, shared_kernel
+from cloth_core.kernels import kernel, shared_kernel
 from cloth_core.kernels.approach import FINEST_STEP, INSIDE, MOST_STEPS, SAME_SIDE, add_vertex
 from cloth_core.kernels.bodies import Bodies, into_frame
-from cloth_core.kernels.bricks import BAND, HIGH, LOW, VOXEL, beyond_box
+from cloth_core.kernels.bricks import BAND, VOXEL, beyond_box
 from cloth_core.kernels.contact import Points
+from cloth_core.kernels.field_gates import least_between, may_meet_tip, misses
 from cloth_core.kernels.field_nearest import nearest_in_field
 from cloth_core.kernels.fields import field_distance
 from cloth_core.kernels.nearest import slopes_inwards
 
+
+class Course(NamedTuple):
+    """What came to pass since the step began, so that edges which hardly move are looked at once in a step."""
+
+    last: np.ndarray
+    """(V, 3) m, where the last substep began; NaN before the first."""
+    passed: np.ndarray
+    """(V,) m, the ways of the vertices."""
+    gone: np.ndarray
+    """(F,) m, the farthest that any point of each field went."""
+    clear: np.ndarray
+    """(F, E) m, the way up to which nothing can touch between the ends of an edge; of edges not looked at, -1."""
+    fresh: np.ndarray
+    """(F,) whether no edge was looked at."""
+    near: np.ndarray
+    """(E,) room to work in: which edges are to be followed."""
+
+
 ROUND = 0.1
 """Of the shell, how far a field may stick into it between vertices that rest on it."""
-TIP = 0.1
-"""Volume between the normals at the corners of a triangle from which a tip may be below it."""
 
 
 @shared_kernel
 def find_field_points(
     start, predicted, edge, triangle, longest_edge, free, inverse_mass, bodies: Bodies, first,
     real, whole, coarse, occupied, brick, node, fine, split, plane, between, shell, recover,
-    points: Points, count, way, distance, normal, near,
+    points: Points, count, way, distance, normal, course: Course,
 ):  # fmt: skip
     """Add to the first ``count`` of the ``points`` those that may touch a field: a body from the ``first`` on.
 
-    Without ``between`` they are vertices alone. ``near`` (E,) is room to work in; for all else see
+    Without ``between`` they are vertices alone. ``course`` goes on from substep to substep; for all else see
     :func:`~cloth_core.kernels.approach.find_points`.
 
     Returns how many points there are, which may be more than there is room for: then the rest is missing.
     """
     vertices = start.shape[0]
+    last, passed, gone = course.last, course.passed, course.gone
+    clear, fresh, near = course.clear, course.fresh, course.near
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     longest = 0.0
     for v in range(vertices):
         x, y, z = predicted[v, 0] - start[v, 0], predicted[v, 1] - start[v, 1], predicted[v, 2] - start[v, 2]
         way[v] = math.sqrt(x * x + y * y + z * z)
         longest = max(longest, way[v])
+        x, y, z = start[v, 0] - last[v, 0], start[v, 1] - last[v, 1], start[v, 2] - last[v, 2]
+        passed[v] = 0.0 if math.isnan(x) else passed[v] + math.sqrt(x * x + y * y + z * z)
         for a in range(3):
+            last[v, a] = start[v, a]
             low[a], high[a] = min(low[a], start[v, a]), max(high[a], start[v, a])
     begin, end, weight = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     corners, corner, body, depth = points.corners, points.corner, points.body, points.depth
@@ -82,15 +105,24 @@ def find_field_points(
                     )  # fmt: skip
         if not between:
             continue
+        if fresh[f]:
+            fresh[f], clear[f] = False, -1.0
         for e in prange(edge.shape[0]):
             i, j = edge[e, 0], edge[e, 1]
             moves = max(way[i], way[j]) + travel
             near[e] = False
             if 0.5 * (distance[i] + distance[j] - longest_edge) < 2.0 * shell + moves and (free[i] or free[j]):
-                near[e] = moves > shell or sticks_in(
-                    real, whole, coarse, occupied, brick, node, fine, split, plane, f, rotation, origin,
-                    start, i, j, distance, normal, spacing, (1.0 - ROUND) * shell + moves,
-                )  # fmt: skip
+                if moves > shell:
+                    near[e] = True
+                elif max(passed[i], passed[j]) + gone[f] + moves >= clear[f, e]:
+                    least = (1.0 - ROUND) * shell + moves
+                    inner = least_between(
+                        real, whole, coarse, occupied, brick, node, fine, split, plane, f, rotation, origin,
+                        start, i, j, distance, normal, spacing, least + 0.5 * shell,
+                    )  # fmt: skip
+                    near[e] = inner < least
+                    all_of_it = min(inner, distance[i], distance[j])
+                    clear[f, e] = all_of_it - (1.0 - ROUND) * shell + min(passed[i], passed[j]) + gone[f]
         for e in range(edge.shape[0]):
             if near[e]:
                 i, j = edge[e, 0], edge[e, 1]
@@ -106,7 +138,9 @@ def find_field_points(
             if (
                 (distance[i] + distance[j] + distance[k]) / 3.0 - longest_edge < 2.0 * shell + moves
                 and (free[i] or free[j] or free[k])
-                and may_meet_tip(distance, normal, i, j, k, band if moves > shell else np.inf)
+                and may_meet_tip(
+                    start, rotation, i, j, k, distance, normal, (1.0 - ROUND) * shell + moves, moves > shell, band
+                )
             ):
                 count = add_field_point(
                     start, predicted, i, j, k, 3, bodies, o, f,
@@ -114,68 +148,6 @@ def find_field_points(
                     inverse_mass, points, count, begin, end, weight,
                 )  # fmt: skip
     return count
-
-
-@part_kernel
-def misses(real, f, rotation, origin, low, high, near):
-    """Whether the box from ``low`` to ``high`` (3,) is more than ``near`` m from the upright box around a field."""
-    for a in range(3):
-        middle, half = origin[a], 0.0
-        for b in range(3):
-            middle += rotation[a, b] * 0.5 * (real[f, LOW + b] + real[f, HIGH + b])
-            half += abs(rotation[a, b]) * 0.5 * (real[f, HIGH + b] - real[f, LOW + b])
-        if low[a] - (middle + half) > near or (middle - half) - high[a] > near:
-            return True
-    return False
-
-
-@part_kernel
-def sticks_in(
-    real, whole, coarse, occupied, brick, node, fine, split, plane, f, rotation, origin,
-    start, i, j, distance, normal, spacing, least,
-):  # fmt: skip
-    """Whether the surface may come nearer than ``least`` m to the edge between two vertices, but not at them.
-
-    Between two samples the surface is taken to bend outwards: then distances lie above the tangents at both.
-    """
-    x, y, z = into_frame(rotation, origin, start[i, 0], start[i, 1], start[i, 2])
-    ex, ey, ez = into_frame(rotation, origin, start[j, 0], start[j, 1], start[j, 2])
-    ex, ey, ez = ex - x, ey - y, ez - z
-    length = math.sqrt(ex * ex + ey * ey + ez * ez)
-    if 0.5 * (distance[i] + distance[j] - length) >= least:
-        return False
-    parts = max(1, math.ceil(length / spacing))
-    here = distance[i]
-    falls = (ex * normal[i, 0] + ey * normal[i, 1] + ez * normal[i, 2]) / parts
-    for s in range(1, parts + 1):
-        share = s / parts
-        there, nx, ny, nz = distance[j], normal[j, 0], normal[j, 1], normal[j, 2]
-        if s < parts:
-            there, nx, ny, nz = field_distance(
-                real, whole, coarse, occupied, brick, node, fine, split, plane, f,
-                x + share * ex, y + share * ey, z + share * ez,
-            )  # fmt: skip
-            if there < least:
-                return True
-        rises = (ex * nx + ey * ny + ez * nz) / parts
-        if falls < 0.0 < rises and here + falls * (here - there + rises) / (rises - falls) < least:
-            return True
-        here, falls = there, rises
-    return False
-
-
-@part_kernel
-def may_meet_tip(distance, normal, i, j, k, band):
-    """Whether the surface is so curved below a triangle, both ways, that it may touch there first.
-
-    Normals farther than ``band`` m from the surface are too coarse to tell.
-    """
-    if max(distance[i], distance[j], distance[k]) > band:
-        return True
-    x = normal[j, 1] * normal[k, 2] - normal[j, 2] * normal[k, 1]
-    y = normal[j, 2] * normal[k, 0] - normal[j, 0] * normal[k, 2]
-    z = normal[j, 0] * normal[k, 1] - normal[j, 1] * normal[k, 0]
-    return abs(normal[i, 0] * x + normal[i, 1] * y + normal[i, 2] * z) > TIP
 
 
 @kernel

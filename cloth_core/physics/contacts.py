@@ -69,7 +69,7 @@ class Contacts(HeldMasses):
         square = self._longest_edge**2
         # The paper's masses are points (4.2.3), and in its long steps what is between them would only tear the cloth.
         between = config.integrator != "meyer2000"
-        self.fields = FieldContacts(obstacles, config.contact_shell, len(edges), between)
+        self.fields = FieldContacts(obstacles, config.contact_shell, mesh.vertex_count, len(edges), between)
         self._analytic = Bodies(*(array[: self.fields.first] for array in self._bodies))
         self._sharp = np.array(
             [between and square > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
@@ -105,6 +105,8 @@ class Contacts(HeldMasses):
                 start = end
             self._way_of_bodies.append((start, end))
             self._place(number, start)
+        self._bodies.travel[:] = 0.0
+        self.fields.begin_step()
         self._count = 0
         return teleported
 
@@ -120,6 +122,7 @@ class Contacts(HeldMasses):
     def begin_substep(self, share: float) -> None:
         """Move the obstacles to ``share`` (0..1] of their way through the step."""
         bodies = self._bodies
+        self.fields.begin_substep(bodies.travel)
         bodies.rotation_before[:] = bodies.rotation
         bodies.origin_before[:] = bodies.origin
         bodies.turn[:] = 0.0
@@ -170,11 +173,13 @@ class Contacts(HeldMasses):
         """Bring what is too deep back to the shell, in place; returns the farthest push in m."""
         if self._count == 0:
             return 0.0
-        farthest = kernels.push_out(
-            position, self._analytic, self._points, self._of_shapes, self._inverse_mass, self._config.contact_shell
-        )
+        farthest = self.fields.push_out(position, self._bodies, self._points, self._count, self._inverse_mass)
+        if self._of_shapes == 0:
+            return farthest
+        shell = self._config.contact_shell
         return max(
-            farthest, self.fields.push_out(position, self._bodies, self._points, self._count, self._inverse_mass)
+            farthest,
+            kernels.push_out(position, self._analytic, self._points, self._of_shapes, self._inverse_mass, shell),
         )
 
     def apply_friction(self, start: np.ndarray, position: np.ndarray) -> None:

@@ -108,6 +108,18 @@ def room(count: int) -> Points:
     )  # fmt: skip
 
 
+def unseen(count: int) -> np.ndarray:
+    return np.full((count, 7), np.nan)
+
+
+def anew(vertices: int, edges: int, fields: int) -> field_approach.Course:
+    """Before the first substep."""
+    return field_approach.Course(
+        last=np.full((vertices, 3), np.nan), passed=np.zeros(vertices), gone=np.zeros(fields),
+        clear=np.zeros((fields, edges)), fresh=np.ones(fields, bool), near=np.zeros(edges, bool),
+    )  # fmt: skip
+
+
 def found(
     start: np.ndarray, end: np.ndarray, fields: list[Field], around: Bodies, edge: np.ndarray, triangle: np.ndarray,
     first: int = 0,
@@ -117,7 +129,7 @@ def found(
     count = field_approach.find_field_points(
         start, end, edge.astype(np.uint32), triangle.astype(np.uint32), longest, np.ones(vertices, bool),
         np.ones(vertices), around, first, *pooled(fields), True, SHELL, 0.004, points, 0,
-        np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3)), np.zeros(len(edge), bool),
+        np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3)), anew(vertices, len(edge), len(fields)),
     )  # fmt: skip
     assert count < 4000
     return count, points
@@ -214,7 +226,9 @@ def test_push_out_brings_points_to_the_shell_along_the_normal(seed):
         distance, normal = fields[o].distance((expected[v] - around.origin[o])[None] @ around.rotation[o])
         pushed[p] = max(0.0, SHELL - points.depth[p] - distance[0])
         expected[v] += pushed[p] * around.rotation[o] @ normal[0]
-    most = field_contact.push_out_of_fields(x, around, 0, *pooled(fields), points, 0, count, np.ones(len(x)), SHELL)
+    most = field_contact.push_out_of_fields(
+        x, around, 0, *pooled(fields), points, 0, count, np.ones(len(x)), SHELL, unseen(count)
+    )
     np.testing.assert_allclose(x, expected, atol=1e-12)
     np.testing.assert_allclose(points.pushed[:count], pushed, atol=1e-12)
     assert most == pytest.approx(pushed.max(initial=0.0))
@@ -239,7 +253,9 @@ def test_vertices_end_a_shell_off_the_true_surface_whatever_voxel_and_pose(seed,
     count, points = found(x, x, [field], around, *NOTHING)
     points.depth[:] = 0.0
     for _ in range(4):
-        field_contact.push_out_of_fields(x, around, 0, *field.pool, points, 0, count, np.ones(100), SHELL)
+        field_contact.push_out_of_fields(
+            x, around, 0, *field.pool, points, 0, count, np.ones(100), SHELL, unseen(count)
+        )
     local = rod.pose.inverse_apply(pose.inverse_apply(x))
     local[:, 2] -= np.clip(local[:, 2], -0.2, 0.2)
     assert np.linalg.norm(local, axis=1) - 0.1 == pytest.approx(SHELL, abs=0.3 * voxel)
