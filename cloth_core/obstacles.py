@@ -71,6 +71,11 @@ class Obstacle(Settings):
         """Least radius of curvature of the surface in m; 0 if it has edges."""
         raise NotImplementedError
 
+    @property
+    def inradius(self) -> float:
+        """Radius in m of the largest ball that fits inside."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plane(Obstacle):
@@ -108,6 +113,11 @@ class Plane(Obstacle):
         """A plane does not bend."""
         return float("inf")
 
+    @property
+    def inradius(self) -> float:
+        """Below a plane there is room for any ball."""
+        return float("inf")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sphere(Obstacle):
@@ -128,6 +138,11 @@ class Sphere(Obstacle):
 
     @property
     def roundness(self) -> float:
+        """The radius."""
+        return self.radius
+
+    @property
+    def inradius(self) -> float:
         """The radius."""
         return self.radius
 
@@ -156,6 +171,11 @@ class Box(Obstacle):
         """A box has edges."""
         return 0.0
 
+    @property
+    def inradius(self) -> float:
+        """Half the shortest edge."""
+        return min(self.size)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Capsule(Obstacle):
@@ -177,6 +197,11 @@ class Capsule(Obstacle):
 
     @property
     def roundness(self) -> float:
+        """The radius."""
+        return self.radius
+
+    @property
+    def inradius(self) -> float:
         """The radius."""
         return self.radius
 
@@ -204,6 +229,11 @@ class Ellipsoid(Obstacle):
     def roundness(self) -> float:
         """That at the end of the longest semi-axis, across the shortest."""
         return min(self.radii) ** 2 / max(self.radii)
+
+    @property
+    def inradius(self) -> float:
+        """The shortest semi-axis."""
+        return min(self.radii)
 
 
 ANALYTIC: dict[str, type[Obstacle]] = {

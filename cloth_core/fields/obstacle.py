@@ -96,6 +96,11 @@ class FieldObstacle(Obstacle):
         """A mesh has edges."""
         return 0.0
 
+    @property
+    def inradius(self) -> float:
+        """Any part may be thin."""
+        return 0.0
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoxelField(FieldObstacle):

@@ -18,8 +18,11 @@ from cloth_core.physics.field_contacts import FieldContacts
 from cloth_core.physics.stretch_limit import HeldMasses
 from cloth_core.pose import Pose
 
-ROUND = 0.1
-"""Of the shell: obstacles that stick out less between two vertices which touch them need no look at what is between."""
+ROUND = 0.5
+"""Of the shell: where obstacles stick out less between two vertices which touch them, no look at what is between."""
+
+SWIFT = 0.5
+"""Of the radius inside an obstacle: what moves less in a substep ends on the side that it came from."""
 
 
 class Contacts(HeldMasses):
@@ -66,15 +69,20 @@ class Contacts(HeldMasses):
         lengths = np.linalg.norm(np.diff(mesh.rest_position[edges], axis=1)[:, 0], axis=1)
         self._longest_edge = float(lengths.max(initial=0.0)) * material.stretch_limit
         self._edge, self._triangle = edges.astype(np.uint32), mesh.triangles.astype(np.uint32)
-        square = self._longest_edge**2
+        length = self._longest_edge
         # The paper's masses are points (4.2.3), and in its long steps what is between them would only tear the cloth.
         between = config.integrator != "meyer2000"
         self.fields = FieldContacts(obstacles, config.contact_shell, mesh.vertex_count, len(edges), between)
         self._analytic = Bodies(*(array[: self.fields.first] for array in self._bodies))
         self._sharp = np.array(
-            [between and square > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
+            [between and length**2 > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
         )
+        # An arc of this angle rises above its chord by angle * length / 8; above the middles of the three chords of a
+        # spherical triangle, by a third of that.
+        angle = 8.0 * ROUND * config.contact_shell / length if length > 0.0 else 0.0
+        self._flat = np.cos(np.minimum([angle, 3.0 * angle], np.pi))
         self._thin = np.array([0.0 < shape.roundness < config.contact_shell for shape in solid], np.bool_)
+        self._swift = np.array([max(SWIFT * shape.inradius, config.contact_shell) for shape in solid], dtype=float)
         vertices = mesh.vertex_count
         self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
         self._points, self._count, self._of_shapes = _room(2 * vertices if count else 0), 0, 0
@@ -147,8 +155,8 @@ class Contacts(HeldMasses):
         room, recover = (self._way, self._distance, self._surface), self._config.max_push_speed * h
         while True:
             self._of_shapes = approach.find_points(
-                start, predicted, *sheet, self._analytic, self._sharp, self._thin, self._config.contact_shell, recover,
-                self._points, *room,
+                start, predicted, *sheet, self._analytic, self._sharp, self._thin, self._swift, self._flat,
+                self._config.contact_shell, recover, self._points, *room,
             )  # fmt: skip
             self._count = self.fields.find(
                 start, predicted, sheet, self._bodies, recover, self._points, self._of_shapes, room
@@ -162,7 +170,6 @@ class Contacts(HeldMasses):
         """Points that were pushed in this substep."""
         return int(np.count_nonzero(self._points.pushed[: self._count]))
 
-    @property
     def touched(self) -> np.ndarray:
         """Vertices that were pushed in this substep."""
         pushed = np.flatnonzero(self._points.pushed[: self._count])

@@ -10,7 +10,7 @@ obstacle it does not move.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -19,9 +19,9 @@ from cloth_core.kernels.weld import weld_overlong
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 
-MARGIN = 0.045
+MARGIN = 0.028
 """By which a thread may exceed its stretch limit for a moment, as a share of its rest length."""
-AIM = 0.03
+AIM = 0.015
 """What the further sweeps aim at, likewise; less than ``MARGIN``, for they never quite get there."""
 SWEEPS = 30
 """Most of them in a substep."""
@@ -51,15 +51,15 @@ class Restraint:
         self._hands, self._pinned = [vertex for vertex in hands if len(vertex)], pinned
 
     def apply(
-        self, start: np.ndarray, end: np.ndarray, velocity: np.ndarray, h: float, lying: np.ndarray
+        self, start: np.ndarray, end: np.ndarray, velocity: np.ndarray, h: float, touched: Callable[[], np.ndarray]
     ) -> np.ndarray:
         """Restrain the way from ``start`` to ``end`` (V, 3) m of ``h`` s; ``end`` and ``velocity`` in place.
 
-        ``lying`` are the vertices that touch an obstacle. Returns those that go another way now.
+        ``touched`` gives the vertices that touch an obstacle. Returns those that go another way now.
         """
         if not self._overlong(end):
             return np.zeros(0, np.int64)
-        before = end.copy()
+        before, lying = end.copy(), touched()
         self._sweep(end, np.concatenate([self._pinned, lying, *self._hands]))
         if self._overlong(end):
             self._weld(start, end, h, lying)
