@@ -18,7 +18,7 @@ from cloth_core.kernels.approach import FINEST_STEP, INSIDE, MOST_STEPS, SAME_SI
 from cloth_core.kernels.bodies import Bodies, into_frame
 from cloth_core.kernels.bricks import BAND, VOXEL, beyond_box
 from cloth_core.kernels.contact import Points
-from cloth_core.kernels.field_gates import least_between, may_meet_tip, misses
+from cloth_core.kernels.field_gates import between_vertices, may_meet_tip, misses
 from cloth_core.kernels.field_nearest import nearest_in_field
 from cloth_core.kernels.fields import field_distance
 from cloth_core.kernels.nearest import slopes_inwards
@@ -115,14 +115,15 @@ def find_field_points(
                 if moves > shell:
                     near[e] = True
                 elif max(passed[i], passed[j]) + gone[f] + moves >= clear[f, e]:
-                    least = (1.0 - ROUND) * shell + moves
-                    inner = least_between(
+                    least, sag, sag_there = between_vertices(
                         real, whole, coarse, occupied, brick, node, fine, split, plane, f, rotation, origin,
-                        start, i, j, distance, normal, spacing, least + 0.5 * shell,
+                        start, i, j, distance, normal, spacing, shell + moves,
                     )  # fmt: skip
-                    near[e] = inner < least
-                    all_of_it = min(inner, distance[i], distance[j])
-                    clear[f, e] = all_of_it - (1.0 - ROUND) * shell + min(passed[i], passed[j]) + gone[f]
+                    # It is how the surface bends that counts, not how deep the edge is now: else it would be let go as
+                    # soon as it is pushed out, to fall again.
+                    near[e] = sag_there > ROUND * shell
+                    spare = max(min(least, distance[i], distance[j]) - shell, 0.5 * (ROUND * shell - sag))
+                    clear[f, e] = min(spare, 0.5 * shell) + min(passed[i], passed[j]) + gone[f]
         for e in range(edge.shape[0]):
             if near[e]:
                 i, j = edge[e, 0], edge[e, 1]
@@ -138,9 +139,7 @@ def find_field_points(
             if (
                 (distance[i] + distance[j] + distance[k]) / 3.0 - longest_edge < 2.0 * shell + moves
                 and (free[i] or free[j] or free[k])
-                and may_meet_tip(
-                    start, rotation, i, j, k, distance, normal, (1.0 - ROUND) * shell + moves, moves > shell, band
-                )
+                and may_meet_tip(start, rotation, i, j, k, distance, normal, shell + moves, moves > shell, band)
             ):
                 count = add_field_point(
                     start, predicted, i, j, k, 3, bodies, o, f,

@@ -27,46 +27,54 @@ def misses(real, f, rotation, origin, low, high, near):
 
 
 @part_kernel
-def least_between(
+def between_vertices(
     real, whole, coarse, occupied, brick, node, fine, split, plane, f, rotation, origin,
-    start, i, j, distance, normal, spacing, enough,
+    start, i, j, distance, normal, spacing, touch,
 ):  # fmt: skip
-    """How near the surface comes at the least to the edge between two vertices, but not at them, m.
+    """What an edge meets between two vertices, in m.
 
     Between two samples the surface is taken to bend outwards: then distances lie above the tangents at both. What
-    cannot be nearer than ``enough`` is not looked at.
+    cannot be nearer than one and a half times ``touch`` is not looked at.
+
+    Returns:
+        How near the surface comes at the least; how much nearer than the vertices' own distances, evened out along the
+        edge, have it; the same where it is nearer than ``touch``.
     """
     x, y, z = into_frame(rotation, origin, start[i, 0], start[i, 1], start[i, 2])
     ex, ey, ez = into_frame(rotation, origin, start[j, 0], start[j, 1], start[j, 2])
     ex, ey, ez = ex - x, ey - y, ez - z
     length = math.sqrt(ex * ex + ey * ey + ez * ez)
     parts = max(1, math.ceil(length / spacing))
-    here, least = distance[i], math.inf
+    here, least, sag, sag_there = distance[i], math.inf, 0.0, 0.0
     falls = (ex * normal[i, 0] + ey * normal[i, 1] + ez * normal[i, 2]) / parts
     for s in range(1, parts + 1):
         share = s / parts
-        bound = 0.5 * (here + distance[j] - (1.0 - share + 1.0 / parts) * length)
-        if bound >= enough:  # all that is left of the edge
-            return min(least, bound)
+        if 0.5 * (here + distance[j] - (1.0 - share + 1.0 / parts) * length) >= 1.5 * touch:  # all that is left of it
+            break
         there, nx, ny, nz = distance[j], normal[j, 0], normal[j, 1], normal[j, 2]
         if s < parts:
             there, nx, ny, nz = field_distance(
                 real, whole, coarse, occupied, brick, node, fine, split, plane, f,
                 x + share * ex, y + share * ey, z + share * ez,
             )  # fmt: skip
-            least = min(least, there)
         rises = (ex * nx + ey * ny + ez * nz) / parts
+        lowest, at = there, share
         if falls < 0.0 < rises:
-            least = min(least, here + falls * (here - there + rises) / (rises - falls))
+            ahead = (here - there + rises) / (rises - falls)
+            lowest, at = here + falls * ahead, share + (ahead - 1.0) / parts
+        below = distance[i] + at * (distance[j] - distance[i]) - lowest
+        least, sag = min(least, lowest), max(sag, below)
+        if lowest < touch:
+            sag_there = max(sag_there, below)
         here, falls = there, rises
-    return least
+    return least, sag, sag_there
 
 
 @part_kernel
-def may_meet_tip(start, rotation, i, j, k, distance, normal, least, fast, band):
+def may_meet_tip(start, rotation, i, j, k, distance, normal, touch, fast, band):
     """Whether the surface is so curved below a triangle, both ways, that it may touch there first.
 
-    A slow one must also come nearer than ``least`` m in its middle, as the tangents at its corners have it; of a fast
+    A slow one must also come nearer than ``touch`` m in its middle, as the tangents at its corners have it; of a fast
     one, normals farther than ``band`` m from the surface are too coarse to tell.
     """
     if fast and max(distance[i], distance[j], distance[k]) > band:
@@ -83,4 +91,4 @@ def may_meet_tip(start, rotation, i, j, k, distance, normal, least, fast, band):
         z = (start[i, 2] + start[j, 2] + start[k, 2]) / 3.0 - start[v, 2]
         nx, ny, nz = out_of_frame(rotation, normal[v, 0], normal[v, 1], normal[v, 2])
         highest = max(highest, distance[v] + x * nx + y * ny + z * nz)
-    return fast or highest < least
+    return fast or highest < touch
