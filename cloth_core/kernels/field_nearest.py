@@ -15,7 +15,7 @@ import math
 from cloth_core.kernels import part_kernel
 from cloth_core.kernels.fields import field_distance
 
-DOWNHILL = 8
+DOWNHILL = 4
 """Looks at the field on the way downhill, two on a straight line."""
 LEVEL = 1e-3
 """m of fall per m of way, less than which is no slope."""
