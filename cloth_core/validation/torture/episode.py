@@ -24,7 +24,7 @@ SMALLEST, LARGEST = 10, 50  # vertices a side
 START = Pose((0.0, 0.0, 1.0))  # flat, above most obstacles
 
 STOOL = Compound(
-    voxel=0.02,
+    voxel=0.005,
     parts={
         "seat": Box(extents=(0.3, 0.3, 0.04)),
         "post": Capsule(radius=0.03, length=0.3, center=(0.0, 0.0, -0.17)),
