@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cloth_core.errors import InputError, SettingError
-from cloth_core.obstacles import SHAPES, Obstacle, Plane
+from cloth_core.obstacles import ANALYTIC, Obstacle, Plane
 from cloth_core.pose import Pose
 from cloth_core.settings import Settings, check_keys, check_kind, setting
 
-_NAMES = {kind: name for name, kind in SHAPES.items()}
+_NAMES = {kind: name for name, kind in ANALYTIC.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,13 +74,13 @@ class Fluid(Settings):
             SettingError: a key is unknown, missing, or has a wrong type or range.
         """
         known = [name for name, _ in cls.settings()]
-        check_keys(values, [*SHAPES, *known])
-        shapes = [name for name in values if name in SHAPES]
+        check_keys(values, [*ANALYTIC, *known])
+        shapes = [name for name in values if name in ANALYTIC]
         if len(shapes) != 1:
-            raise SettingError("", f"needs exactly one shape of {', '.join(SHAPES)}; it has {len(shapes)}")
+            raise SettingError("", f"needs exactly one shape of {', '.join(ANALYTIC)}; it has {len(shapes)}")
         (name,) = shapes
         try:
-            shape = SHAPES[name].from_mapping(values[name])
+            shape = ANALYTIC[name].from_mapping(values[name])
             _ = shape.pose
         except SettingError as error:
             raise error.under(name) from None

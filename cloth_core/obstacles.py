@@ -1,4 +1,4 @@
-"""What the cloth collides with: analytic shapes that stand still or move.
+"""What the cloth collides with: what all obstacles have in common, and the analytic shapes.
 
 Every shape lives in a frame of its own, centred on the origin; ``center`` and ``orientation`` say
 where that frame stands at the start.
@@ -6,16 +6,18 @@ where that frame stands at the start.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
-from cloth_core.errors import SettingError
+from cloth_core.errors import InputError, SettingError
 from cloth_core.pose import Pose
-from cloth_core.settings import Settings, setting
+from cloth_core.settings import Settings, check_keys, setting
 
-PLANE, SPHERE, BOX, CAPSULE, ELLIPSOID = range(5)
+PLANE, SPHERE, BOX, CAPSULE, ELLIPSOID, FIELD = range(6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +41,21 @@ class Obstacle(Settings):
         """Where the obstacle stands at the start."""
         return Pose(self.center, self.orientation)
 
+    def within(self, folder: Path) -> Obstacle:
+        """The same, its files looked up from ``folder``; it has none."""
+        return self
+
+    def check(self) -> None:
+        """Refuse what a look at single settings does not tell.
+
+        Raises:
+            SettingError: the orientation is no quaternion, or a mesh cannot be used.
+        """
+        try:
+            _ = self.pose
+        except InputError as error:
+            raise SettingError("orientation", str(error)) from None
+
     @property
     def size(self) -> tuple[float, float, float]:
         """The three numbers that the contact kernels know the shape by."""
@@ -51,8 +68,13 @@ class Obstacle(Settings):
 
     @property
     def half_extents(self) -> tuple[float, float, float]:
-        """Half the edges in m of a box about the frame's origin, along its axes, that holds the shape."""
+        """Half the edges in m of a box about :attr:`middle`, along the frame's axes, that holds the shape."""
         return (self.reach, self.reach, self.reach)
+
+    @property
+    def middle(self) -> tuple[float, float, float]:
+        """Of that box, in the frame, m."""
+        return (0.0, 0.0, 0.0)
 
     @property
     def roundness(self) -> float:
@@ -239,10 +261,27 @@ class Ellipsoid(Obstacle):
         return min(self.radii)
 
 
-SHAPES: dict[str, type[Obstacle]] = {
+ANALYTIC: dict[str, type[Obstacle]] = {
     "plane": Plane,
     "sphere": Sphere,
     "box": Box,
     "capsule": Capsule,
     "ellipsoid": Ellipsoid,
 }
+"""The shapes that are known by a formula, by their names in scene files."""
+
+
+def read_shape(values: Any, shapes: Mapping[str, type[Obstacle]]) -> tuple[str, Obstacle]:
+    """The one of the ``shapes`` that a section of a scene file names, and its name; files are not looked at.
+
+    Raises:
+        SettingError: there is none, or more than one, or a value in it is wrong.
+    """
+    check_keys(values, shapes)
+    if len(values) != 1:
+        raise SettingError("", f"needs exactly one shape of {', '.join(shapes)}")
+    ((shape, given),) = values.items()
+    try:
+        return shape, shapes[shape].from_mapping(given)
+    except SettingError as error:
+        raise error.under(shape) from None

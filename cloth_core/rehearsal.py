@@ -9,13 +9,14 @@ whatever the size of the cloth, and through the same code that will call the ker
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from cloth_core.config import SolverConfig
+from cloth_core.fields import Compound
 from cloth_core.fluids import Fluid
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
@@ -35,6 +36,12 @@ OBSTACLES: dict[str, Obstacle] = {
     "capsule": Capsule(radius=0.01, length=0.02, center=(0.0, 0.03, 0.0)),
     "ellipsoid": Ellipsoid(radii=(0.02, 0.01, 0.01), center=(0.03, 0.03, 0.0)),
 }
+FIELD_OBSTACLE = Compound(
+    parts={"block": Box(extents=(0.03, 0.02, 0.02))},
+    voxel=0.005,
+    center=(-0.02, -0.02, 0.0),
+    orientation=(0.0, 0.3, 0.0, 0.9),
+)
 PATIENCE = {"one": 0.0, "other": 10.0}
 """The hands, and how far from the cloth's end each may be before it loses it, m: one slips, the other is held back."""
 
@@ -59,18 +66,22 @@ class Kind:
         integrator: by name.
         cloth: ``grid`` (springs of a flat sheet), ``sheet`` (triangles) or ``net`` (springs of anything else).
         single: whether W is kept in single precision.
+        fields: whether obstacles are distance fields.
     """
 
     integrator: str
     cloth: str
     single: bool
+    fields: bool = False
 
 
-def kinds(mesh: ClothMesh, material: Material, integrator: str, precisions: frozenset[np.dtype]) -> Iterator[Kind]:
+def kinds(
+    mesh: ClothMesh, material: Material, integrator: str, precisions: frozenset[np.dtype], fields: bool
+) -> Iterator[Kind]:
     """What a solver has to rehearse: one kind for each of the ``precisions`` that its operators are kept in."""
     cloth = "sheet" if mesh.is_membrane(material) else "grid" if len(mesh.triangle_slope) else "net"
     for single in sorted(precision == np.float32 for precision in precisions):
-        yield Kind(integrator, cloth, single)
+        yield Kind(integrator, cloth, single, fields)
 
 
 @functools.cache
@@ -85,20 +96,21 @@ def rehearse(kind: Kind, build: Callable[..., Any]) -> tuple[StepReport, ...]:
     """
     mesh = _miniature(kind)
     config = SolverConfig(integrator=kind.integrator, dt=0.005, iterations=2, dense_limit=5000)
-    solver = build(mesh, Material(friction=0.4), config, obstacles=OBSTACLES)
+    around = {**OBSTACLES, "field": FIELD_OBSTACLE} if kind.fields else OBSTACLES
+    solver = build(mesh, Material(friction=0.4), config, obstacles=around)
     solver.pin([0, 1])  # neighbours: the thread between them is what nothing but a weld can keep from tearing
     state, reports = solver.initial_state(), []
     ends = mesh.rest_position[-1], mesh.rest_position[SIDE[kind.single] - 1]
     for number, act in enumerate(ACTS):
         if act.torn:
             state = replace(state, position=2.0 * state.position)
-        state = solver.step(state, _inputs(act, ends, 1e-3 * number))
+        state = solver.step(state, _inputs(act, ends, around, 1e-3 * number))
         reports.append(solver.report)
     return tuple(reports)
 
 
-def _inputs(act: Act, ends: tuple[np.ndarray, ...], shift: float) -> Inputs:
-    """What an ``act`` wants of hands at the ``ends`` of the cloth; obstacles are ``shift`` m from where they began."""
+def _inputs(act: Act, ends: tuple[np.ndarray, ...], around: Mapping[str, Obstacle], shift: float) -> Inputs:
+    """What an ``act`` wants of hands at the ``ends`` of the cloth; what is ``around`` is ``shift`` m from its place."""
     poses = [
         Pose(tuple(end)).shifted(np.array([0.0, way, 0.0]))
         for end, way in zip(ends, (act.away, -act.away), strict=True)
@@ -108,7 +120,7 @@ def _inputs(act: Act, ends: tuple[np.ndarray, ...], shift: float) -> Inputs:
         for (name, slip), pose in zip(PATIENCE.items(), poses, strict=True)
     }
     wind = Wind(velocity=(1.0, 0.0, 0.0), gust_intensity=0.1)
-    obstacles = {name: shape.pose.shifted(np.array([shift, 0.0, 0.0])) for name, shape in OBSTACLES.items()}
+    obstacles = {name: shape.pose.shifted(np.array([shift, 0.0, 0.0])) for name, shape in around.items()}
     fluids = {"water": Fluid(shape=Box(extents=(0.02, 0.02, 0.02), center=(-0.03, 0.0, 0.0)))}
     return Inputs(grasps=grasps, wind=wind, fluids=fluids, obstacles=obstacles)
 

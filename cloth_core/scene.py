@@ -17,11 +17,12 @@ from cloth_core.fluids import Fluid
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
-from cloth_core.obstacles import SHAPES, Obstacle
+from cloth_core.obstacles import Obstacle, read_shape
 from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.pose import Pose
 from cloth_core.script import Script
 from cloth_core.settings import Settings, check_keys, setting
+from cloth_core.shapes import SHAPES
 from cloth_core.solver import ClothSolver
 from cloth_core.state import State
 
@@ -211,19 +212,14 @@ def _named(values: Any, read: Callable[[Any], _Part]) -> dict[str, _Part]:
     return parts
 
 
-def _obstacle(values: Any) -> Obstacle:
-    check_keys(values, SHAPES)
-    if len(values) != 1:
-        raise SettingError("", f"needs exactly one shape of {', '.join(SHAPES)}")
-    ((shape, given),) = values.items()
+def _obstacle(values: Any, folder: Path) -> Obstacle:
+    shape, obstacle = read_shape(values, SHAPES)
+    obstacle = obstacle.within(folder)
     try:
-        obstacle = SHAPES[shape].from_mapping(given)
-        _ = obstacle.pose
-        return obstacle
+        obstacle.check()
     except SettingError as error:
         raise error.under(shape) from None
-    except InputError as error:
-        raise SettingError(f"{shape}.orientation", str(error)) from None
+    return obstacle
 
 
 def _grasp(values: Any) -> Grasp:
@@ -251,7 +247,7 @@ READERS: dict[str, Callable[[Any, Path], Any]] = {
     "cloth": _cloth,
     "material": _material,
     "solver": lambda values, _: SolverConfig.from_mapping(values),
-    "obstacles": lambda values, _: _named(values, _obstacle),
+    "obstacles": lambda values, folder: _named(values, lambda given: _obstacle(given, folder)),
     "grasps": lambda values, _: _named(values, _grasp),
     "wind": lambda values, _: Wind.from_mapping(values),
     "fluids": lambda values, _: _named(values, Fluid.from_mapping),

@@ -113,7 +113,7 @@ class Settings:
 
     def __new__(cls, *unnamed: Any, **values: Any) -> Settings:
         """Refuse what has no name, or one that there is not, in the words of all settings."""
-        known, call = [field.name for field in dataclasses.fields(cls)], f"{cls.__name__}()"  # type: ignore[arg-type]
+        known, call = [field.name for field in dataclasses.fields(cls) if field.init], f"{cls.__name__}()"  # type: ignore[arg-type]
         if unnamed:
             raise SettingError("", f"{shown(unnamed[0])} has no name; known keys: {', '.join(known)}", call)
         try:
@@ -140,7 +140,7 @@ class Settings:
         Raises:
             SettingError: a key is unknown, missing, or has a wrong type or range.
         """
-        known = {field.name: field for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+        known = {field.name: field for field in dataclasses.fields(cls) if field.init}  # type: ignore[arg-type]
         check_keys(values, known)
         for name, field in known.items():
             if (

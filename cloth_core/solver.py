@@ -169,7 +169,8 @@ class ClothSolver:
             MeshError: the mesh, the material and the substep cannot be computed together.
         """
         before, model = self.report, self._prepared()
-        for kind in kinds(self.mesh, self.material, self.config.integrator, model.precisions):
+        fields = len(model.contacts.fields) > 0
+        for kind in kinds(self.mesh, self.material, self.config.integrator, model.precisions, fields):
             rehearse(kind, ClothSolver)
         self.step(state or self.initial_state(), Inputs())
         self.report = before

@@ -82,7 +82,7 @@ class Model:
         self.sheet = (Membrane if woven else Springs)(mesh, material)
         self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, mesh, material, self.mass, config)
-        self.wakes = Wakes(obstacles.values(), self.contacts, config)
+        self.wakes = Wakes(obstacles, self.contacts, config)
         self.immersion = Immersion(mesh, material, self.mass)
         self.drag = 0.5 * config.air_density * material.drag
         self._area_vector = np.empty((mesh.vertex_count, 3))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from cloth_core.kernels import kernel
-from cloth_core.kernels.bodies import Bodies, distance_in_world
+from cloth_core.kernels.bodies import Bodies, distance_in_world, into_frame, out_of_frame
+from cloth_core.kernels.fields import field_distance
 
 SHELTERED, ENDED = 1.5, 6.0
 """Widths of the obstacle behind it: to where no air moves past it, and from where on it is as if there were none."""
@@ -51,16 +52,27 @@ def depth_of(rotation, half, ex, ey, ez):
 
 
 @kernel
-def hidden(kind, size, rotation, origin, ex, ey, ez, x, y, z, first, last, finest):
+def hidden(
+    kind, size, rotation, origin, real, whole, coarse, occupied, brick, node, fine, split, plane, f,
+    ex, ey, ez, x, y, z, first, last, finest,
+):  # fmt: skip
     """How much of a point an obstacle hides from the wind that comes along the unit vector (ex, ey, ez), 0 .. 1.
 
     A ray goes upwind from the point, from ``first`` to ``last`` m, by steps as long as the surface is away. Where it
     meets the surface all is hidden; where it passes by, the closest pass says, measured by the width that the shadow's
-    edge has grown to on the way (as soft shadows of distance fields do).
+    edge has grown to on the way (as soft shadows of distance fields do). A distance field is number ``f`` of its pool;
+    ``f`` is negative for other shapes.
     """
     closest, t = 1.0, first
     for _ in range(STEPS):
-        distance, _, _, _ = distance_in_world(kind, size, rotation, origin, x - t * ex, y - t * ey, z - t * ez)
+        px, py, pz = x - t * ex, y - t * ey, z - t * ez
+        if f >= 0:
+            px, py, pz = into_frame(rotation, origin, px, py, pz)
+            distance, _, _, _ = field_distance(
+                real, whole, coarse, occupied, brick, node, fine, split, plane, f, px, py, pz
+            )
+        else:
+            distance, _, _, _ = distance_in_world(kind, size, rotation, origin, px, py, pz)
         if distance <= 0.0:
             return 1.0
         edge = SPREAD * t
@@ -95,11 +107,15 @@ def ball_about(position):
 
 
 @kernel
-def shelter(position, bodies: Bodies, half, drift, mean, flow):
+def shelter(
+    position, bodies: Bodies, fields, real, whole, coarse, occupied, brick, node, fine, split, plane,
+    middle, half, drift, mean, flow,
+):  # fmt: skip
     """Bring the ``flow`` (V, 3) m/s behind each obstacle to the obstacle's own velocity ``drift`` (O, 3) m/s, in place.
 
-    ``half`` (O, 3) m are the half edges of a box about it, infinite where it is to be left out. Wakes point along the
-    ``mean`` (3,) m/s of the wind, relative to the obstacle.
+    ``half`` (O, 3) m are the half edges of a box about its ``middle`` (O, 3) m, infinite where it is to be left out.
+    Wakes point along the ``mean`` (3,) m/s of the wind, relative to the obstacle. From number ``fields`` on, obstacles
+    are distance fields, in a pool of arrays (:mod:`cloth_core.kernels.fields`).
     """
     mx, my, mz, radius = ball_about(position)
     for o in range(half.shape[0]):
@@ -109,10 +125,11 @@ def shelter(position, bodies: Bodies, half, drift, mean, flow):
         if speed == 0.0 or half[o, 0] == math.inf:
             continue
         ex, ey, ez = ex / speed, ey / speed, ez / speed
-        kind, size, reach = bodies.kind[o], bodies.size[o], bodies.reach[o]
-        rotation, origin = bodies.rotation[o], bodies.origin[o]
+        kind, size, rotation, origin = bodies.kind[o], bodies.size[o], bodies.rotation[o], bodies.origin[o]
+        reach = min(bodies.reach[o], math.sqrt(half[o, 0] ** 2 + half[o, 1] ** 2 + half[o, 2] ** 2))
         width, depth = least_width(rotation, half[o], ex, ey, ez), depth_of(rotation, half[o], ex, ey, ez)
-        ox, oy, oz = origin[0], origin[1], origin[2]
+        ox, oy, oz = out_of_frame(rotation, middle[o, 0], middle[o, 1], middle[o, 2])
+        ox, oy, oz = ox + origin[0], oy + origin[1], oz + origin[2]
         px, py, pz = mx - ox, my - oy, mz - oz
         along = px * ex + py * ey + pz * ez
         aside = math.sqrt(max(px * px + py * py + pz * pz - along * along, 0.0))
@@ -126,7 +143,10 @@ def shelter(position, bodies: Bodies, half, drift, mean, flow):
             if misses(along, aside, 0.0, reach, depth, width):
                 continue
             first, last = max(along - reach, 0.0), along + reach
-            share = hidden(kind, size, rotation, origin, ex, ey, ez, x, y, z, first, last, FINEST * width)
+            share = hidden(
+                kind, size, rotation, origin, real, whole, coarse, occupied, brick, node, fine, split, plane,
+                o - fields, ex, ey, ez, x, y, z, first, last, FINEST * width,
+            )  # fmt: skip
             if share > 0.0:
                 share *= smooth((ENDED - (along - depth) / width) / (ENDED - SHELTERED))
                 flow[v, 0] += share * (ux - flow[v, 0])

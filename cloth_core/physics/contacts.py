@@ -13,7 +13,8 @@ from cloth_core.kernels.bodies import Bodies
 from cloth_core.kernels.contact import Points
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
-from cloth_core.obstacles import Obstacle
+from cloth_core.obstacles import FIELD, Obstacle
+from cloth_core.physics.field_contacts import FieldContacts
 from cloth_core.physics.stretch_limit import HeldMasses
 from cloth_core.pose import Pose
 
@@ -44,6 +45,8 @@ class Contacts(HeldMasses):
         config: SolverConfig,
     ) -> None:
         super().__init__(mass)
+        # Fields come last: their points are looked for after those of all others.
+        obstacles = dict(sorted(obstacles.items(), key=lambda named: named[1].kind == FIELD))
         self.names, self._config = list(obstacles), config
         count = len(self.names)
         solid = list(obstacles.values())
@@ -69,6 +72,8 @@ class Contacts(HeldMasses):
         length = self._longest_edge
         # The paper's masses are points (4.2.3), and in its long steps what is between them would only tear the cloth.
         between = config.integrator != "meyer2000"
+        self.fields = FieldContacts(obstacles, config.contact_shell, mesh.vertex_count, len(edges), between)
+        self._analytic = Bodies(*(array[: self.fields.first] for array in self._bodies))
         self._sharp = np.array(
             [between and length**2 > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
         )
@@ -80,7 +85,7 @@ class Contacts(HeldMasses):
         self._swift = np.array([max(SWIFT * shape.inradius, config.contact_shell) for shape in solid], dtype=float)
         vertices = mesh.vertex_count
         self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
-        self._points, self._count = _room(2 * vertices if count else 0), 0
+        self._points, self._count, self._of_shapes = _room(2 * vertices if count else 0), 0, 0
 
     def hold(self, held: np.ndarray) -> None:
         """From now on these vertices go where they are taken, whatever is there."""
@@ -108,6 +113,8 @@ class Contacts(HeldMasses):
                 start = end
             self._way_of_bodies.append((start, end))
             self._place(number, start)
+        self._bodies.travel[:] = 0.0
+        self.fields.begin_step()
         self._count = 0
         return teleported
 
@@ -134,6 +141,7 @@ class Contacts(HeldMasses):
     def begin_substep(self, share: float) -> None:
         """Move the obstacles to ``share`` (0..1] of their way through the step."""
         bodies = self._bodies
+        self.fields.begin_substep(bodies.travel)
         bodies.rotation_before[:] = bodies.rotation
         bodies.origin_before[:] = bodies.origin
         bodies.turn[:] = 0.0
@@ -154,12 +162,16 @@ class Contacts(HeldMasses):
         """List what may touch while the vertices go from ``start`` to about ``predicted`` (V, 3) m in ``h`` s."""
         if not self.names:
             return
+        sheet = self._edge, self._triangle, self._longest_edge, self._free, self._inverse_mass
+        room, recover = (self._way, self._distance, self._surface), self._config.max_push_speed * h
         while True:
-            self._count = approach.find_points(
-                start, predicted, self._edge, self._triangle, self._longest_edge, self._free, self._inverse_mass,
-                self._bodies, self._sharp, self._thin, self._swift, self._flat, self._config.contact_shell,
-                self._config.max_push_speed * h, self._points, self._way, self._distance, self._surface,
+            self._of_shapes = approach.find_points(
+                start, predicted, *sheet, self._analytic, self._sharp, self._thin, self._swift, self._flat,
+                self._config.contact_shell, recover, self._points, *room,
             )  # fmt: skip
+            self._count = self.fields.find(
+                start, predicted, sheet, self._bodies, recover, self._points, self._of_shapes, room
+            )
             if self._count <= len(self._points.body):
                 return
             self._points = _room(2 * self._count)
@@ -179,8 +191,13 @@ class Contacts(HeldMasses):
         """Bring what is too deep back to the shell, in place; returns the farthest push in m."""
         if self._count == 0:
             return 0.0
-        return kernels.push_out(
-            position, self._bodies, self._points, self._count, self._inverse_mass, self._config.contact_shell
+        farthest = self.fields.push_out(position, self._bodies, self._points, self._count, self._inverse_mass)
+        if self._of_shapes == 0:
+            return farthest
+        shell = self._config.contact_shell
+        return max(
+            farthest,
+            kernels.push_out(position, self._analytic, self._points, self._of_shapes, self._inverse_mass, shell),
         )
 
     def apply_friction(self, start: np.ndarray, position: np.ndarray) -> None:

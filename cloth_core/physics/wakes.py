@@ -9,7 +9,7 @@ Nothing is slowed in front of an obstacle or hurried beside it, and a wake does 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -25,14 +25,15 @@ class Wakes:
     """The wakes of the obstacles that a cloth meets.
 
     Args:
-        obstacles: the shapes, in the order of ``contacts``.
+        obstacles: by name.
         contacts: knows where they are.
         config: step, and the cap of the wind.
     """
 
-    def __init__(self, obstacles: Iterable[Obstacle], contacts: Contacts, config: SolverConfig) -> None:
+    def __init__(self, obstacles: Mapping[str, Obstacle], contacts: Contacts, config: SolverConfig) -> None:
         self._contacts, self._config = contacts, config
-        solid = list(obstacles)
+        solid = [obstacles[name] for name in contacts.names]
+        self._middle = np.array([shape.middle for shape in solid], dtype=float).reshape(len(solid), 3)
         self._half = np.array([shape.half_extents for shape in solid], dtype=float).reshape(len(solid), 3)
         self._endless = np.flatnonzero(np.isinf(self._half[:, 0]))
 
@@ -53,4 +54,5 @@ class Wakes:
             if out > 0.0:  # no wind comes out of the ground: it turns along it
                 mean -= out * normal
                 flow -= out * normal
-        kernels.shelter(position, bodies, self._half, drift, mean, flow)
+        fields = self._contacts.fields
+        kernels.shelter(position, bodies, fields.first, *fields.pool, self._middle, self._half, drift, mean, flow)

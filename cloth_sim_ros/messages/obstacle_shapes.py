@@ -1,24 +1,30 @@
-"""Obstacles as the boxes, balls and cylinders that a viewer can draw."""
+"""Obstacles as the boxes, balls, cylinders and triangles that a viewer can draw."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from cloth_core import Pose
+from cloth_core.fields import Compound, VoxelField
+from cloth_core.fields.outline import Outline
 from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Plane, Sphere
 
-CUBE, SPHERE, CYLINDER = 1, 2, 3  # visualization_msgs/Marker
+CUBE, SPHERE, CYLINDER, TRIANGLE_LIST = 1, 2, 3, 11  # visualization_msgs/Marker
 PLANE_EXTENT = 10.0
 """m; planes go on for ever, what is drawn of them does not."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """One marker: what it is, where it stands, and its full extents in m along its axes."""
+    """One marker: what it is, where it stands, and its full extents in m along its axes.
+
+    ``outline`` is what a list of triangles consists of, in its frame.
+    """
 
     kind: int
     pose: Pose
     scale: tuple[float, float, float]
+    outline: Outline | None = None
 
 
 def shapes_of(obstacle: Obstacle, pose: Pose) -> list[Shape]:
@@ -37,4 +43,8 @@ def shapes_of(obstacle: Obstacle, pose: Pose) -> list[Shape]:
         ends = [Shape(SPHERE, pose.compose(Pose((0.0, 0.0, z))), (thick,) * 3) for z in (-half, half)]
         rod = [Shape(CYLINDER, pose, (thick, thick, obstacle.length))] if half > 0 else []
         return rod + ends
+    if isinstance(obstacle, VoxelField):
+        return [Shape(TRIANGLE_LIST, pose, (1.0, 1.0, 1.0), obstacle.outline)]
+    if isinstance(obstacle, Compound):
+        return [shape for part in obstacle.parts.values() for shape in shapes_of(part, pose.compose(part.pose))]
     raise TypeError(f"no shape is known for {type(obstacle).__name__}")

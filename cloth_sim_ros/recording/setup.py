@@ -2,7 +2,8 @@
 
 The attachments are enough to build the same solver again without the scene file, mesh files or
 parameters of the machine it ran on: ``scene.yaml`` is the scene as it was written, for people;
-``parameters.json`` holds the values that were in force, overrides included; ``mesh.npz`` the mesh.
+``parameters.json`` holds the values that were in force, overrides included; ``mesh.npz`` the mesh, ``obstacles.npz``
+those of obstacles.
 """
 
 from __future__ import annotations
@@ -18,9 +19,12 @@ from typing import Any
 import numpy as np
 
 from cloth_core import ClothError, ClothMesh, ClothSolver, Inputs, Material, SolverConfig
+from cloth_core.fields import Closed
+from cloth_core.fields.obstacle import FieldObstacle
 from cloth_core.inputs import pose_as_list, pose_from_list
-from cloth_core.obstacles import SHAPES, Obstacle
+from cloth_core.obstacles import Obstacle
 from cloth_core.scene import Scene, View
+from cloth_core.shapes import SHAPES
 from cloth_sim_ros.recording.content import pack, unpack
 from cloth_sim_ros.session.errors import SessionError
 
@@ -47,6 +51,7 @@ def attachments_of(scene: Scene, solver: ClothSolver, parameters: Mapping[str, A
         "scene.yaml": scene.text.encode(),
         "parameters.json": json.dumps(document, indent=1, default=str).encode(),
         "mesh.npz": pack(_mesh_arrays(solver.mesh)),
+        "obstacles.npz": pack(_obstacle_meshes(solver.obstacles)),
     }
 
 
@@ -100,11 +105,12 @@ def scene_from(attachments: Mapping[str, bytes], about: Mapping[str, str]) -> Sc
     try:
         mesh = _mesh_from(unpack(attachments["mesh.npz"]))
         values = json.loads(attachments["parameters.json"])["scene"]
+        solid = unpack(attachments["obstacles.npz"]) if "obstacles.npz" in attachments else {}
         scene = Scene(
             mesh=mesh,
             material=Material.from_mapping(values["material"]),
             solver=SolverConfig.from_mapping(values["solver"]),
-            obstacles={name: _obstacle_from(shape) for name, shape in values["obstacles"].items()},
+            obstacles={name: _obstacle_from(name, shape, solid) for name, shape in values["obstacles"].items()},
             inputs=Inputs.from_mapping(values["inputs"]),
             placement=pose_from_list(values["placement"]),
             pins=tuple(values["pins"]),
@@ -125,9 +131,28 @@ def _obstacle_mapping(obstacle: Obstacle) -> dict[str, Any]:
     return {_SHAPE_NAMES[type(obstacle)]: obstacle.as_mapping()}
 
 
-def _obstacle_from(values: Mapping[str, Any]) -> Obstacle:
+def _obstacle_from(name: str, values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Obstacle:
     ((shape, settings),) = values.items()
-    return SHAPES[shape].from_mapping(settings)
+    obstacle = SHAPES[shape].from_mapping(settings)
+    if not isinstance(obstacle, FieldObstacle):
+        return obstacle
+    meshes: dict[str, dict[str, np.ndarray]] = {}
+    for key, array in arrays.items():
+        owner, part, what = key.split("/")
+        if owner == name:
+            meshes.setdefault(part, {})[what] = array
+    return obstacle.with_meshes({part: Closed(**mesh) for part, mesh in meshes.items()})
+
+
+def _obstacle_meshes(obstacles: Mapping[str, Obstacle]) -> dict[str, np.ndarray]:
+    """Arrays of all meshes of all obstacles, as ``obstacle/part/array``."""
+    return {
+        f"{name}/{part}/{what}": array
+        for name, obstacle in obstacles.items()
+        if isinstance(obstacle, FieldObstacle)
+        for part, mesh in obstacle.meshes.items()
+        for what, array in mesh._asdict().items()
+    }
 
 
 def _mesh_arrays(mesh: ClothMesh) -> dict[str, np.ndarray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
+from cloth_core.fields import Compound, VoxelField
 from cloth_core.inputs import Grasp
 from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Sphere
 from cloth_core.pose import Pose
@@ -31,6 +32,11 @@ def surface(obstacle: Obstacle) -> pv.PolyData | None:
         return pv.Cube(x_length=obstacle.extents[0], y_length=obstacle.extents[1], z_length=obstacle.extents[2])
     if isinstance(obstacle, Capsule):
         return rod(obstacle.radius, obstacle.length)
+    if isinstance(obstacle, VoxelField):
+        return pv.PolyData.from_regular_faces(obstacle.mesh.position, obstacle.mesh.triangles)
+    if isinstance(obstacle, Compound):
+        parts = [surface(part).transform(matrix(part.pose), inplace=False) for part in obstacle.parts.values()]
+        return pv.merge(parts, merge_points=False).extract_surface(algorithm=None)
     return None
 
 

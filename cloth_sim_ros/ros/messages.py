@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
@@ -13,6 +14,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from cloth_core import Pose
+from cloth_core.fields.outline import Outline
 from cloth_core.obstacles import Obstacle
 from cloth_sim_ros.messages.obstacle_shapes import Shape, shapes_of
 from cloth_sim_ros.simulation.diagnostics import Status
@@ -46,7 +48,7 @@ def diagnostics(statuses: Sequence[Status], hardware: str, stamp_ns: int) -> Dia
 def obstacle_markers(
     obstacles: Mapping[str, Obstacle], poses: Mapping[str, Pose], frame_id: str, stamp_ns: int
 ) -> MarkerArray:
-    """One marker per box, ball and cylinder; the namespace is the obstacle's name."""
+    """One marker per box, ball, cylinder and mesh; the namespace is the obstacle's name."""
     array = MarkerArray()
     for name, obstacle in obstacles.items():
         for number, shape in enumerate(shapes_of(obstacle, poses[name])):
@@ -68,4 +70,12 @@ def _marker(shape: Shape) -> Marker:
     marker.scale = Vector3(x=x, y=y, z=z)
     r, g, b, a = OBSTACLE_COLOUR
     marker.color = ColorRGBA(r=r, g=g, b=b, a=a)
+    if shape.outline is not None:
+        marker.points = _corners(shape.outline)
     return marker
+
+
+@functools.lru_cache(maxsize=64)
+def _corners(outline: Outline) -> list[Point]:
+    """Made once: it takes longer than all else that is sent."""
+    return [Point(x=x, y=y, z=z) for x, y, z in outline.corners.tolist()]

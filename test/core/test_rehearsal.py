@@ -17,7 +17,7 @@ KINDS = [
     for integrator in ("implicit_midpoint", "meyer2000")
     for cloth in ("grid", "sheet", "net")
     for single in (False, True)
-]
+] + [Kind(integrator, "grid", False, fields=True) for integrator in ("implicit_midpoint", "meyer2000")]
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=str)
@@ -41,9 +41,10 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 
 from cloth_core import ClothMesh, ClothSolver, Grasp, Inputs, Material, Pose, SolverConfig, Wind, kernels
+from cloth_core.fields import Compound
 from cloth_core.obstacles import Box, Plane, Sphere
 
-shape, integrator, dense_limit = sys.argv[1], sys.argv[2], int(sys.argv[3])
+shape, integrator, dense_limit, fields = sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4] == "True"
 mesh = ClothMesh.grid(width=0.5, height=0.5, columns=24, rows=24)
 if shape == "sheet":
     place = mesh.rest_position.copy()
@@ -51,11 +52,11 @@ if shape == "sheet":
     mesh = ClothMesh.from_triangles(place, mesh.triangles)
 elif shape == "net":
     mesh = ClothMesh.from_springs(mesh.rest_position, mesh.spring_vertex, stiffness=300.0, mass=1e-4)
+around = {"ball": Sphere(radius=0.1, center=(0.1, 0.0, -0.1)), "box": Box(extents=(0.1, 0.1, 0.1)), "z": Plane()}
+if fields:
+    around = {"ball": Compound(parts={"ball": around["ball"]}, voxel=0.02), "box": around["box"]}
 solver = ClothSolver(
-    mesh,
-    Material(),
-    SolverConfig(integrator=integrator, dense_limit=dense_limit),
-    obstacles={"ball": Sphere(radius=0.1, center=(0.1, 0.0, -0.1)), "box": Box(extents=(0.1, 0.1, 0.1)), "z": Plane()},
+    mesh, Material(), SolverConfig(integrator=integrator, dense_limit=dense_limit), obstacles=around
 )
 solver.pin([0])
 dispatchers = [
@@ -95,19 +96,20 @@ print(*sorted(seen))
 
 
 @pytest.mark.parametrize(
-    ("shape", "integrator", "dense_limit"),
+    ("shape", "integrator", "dense_limit", "fields"),
     [
-        ("grid", "implicit_midpoint", 0),
-        ("grid", "implicit_midpoint", 5000),  # one block, large enough for single precision
-        ("sheet", "implicit_midpoint", 0),
-        ("net", "implicit_midpoint", 0),
-        ("grid", "meyer2000", 0),
-        ("sheet", "meyer2000", 5000),
+        ("grid", "implicit_midpoint", 0, False),
+        ("grid", "implicit_midpoint", 5000, False),  # one block, large enough for single precision
+        ("grid", "implicit_midpoint", 0, True),
+        ("sheet", "implicit_midpoint", 0, False),
+        ("net", "implicit_midpoint", 0, False),
+        ("grid", "meyer2000", 0, False),
+        ("sheet", "meyer2000", 5000, False),
     ],
 )
-def test_no_kernel_is_compiled_or_loaded_after_prepare(shape, integrator, dense_limit):
+def test_no_kernel_is_compiled_or_loaded_after_prepare(shape, integrator, dense_limit, fields):
     run = subprocess.run(
-        [sys.executable, "-c", PLAY, shape, integrator, str(dense_limit)],
+        [sys.executable, "-c", PLAY, shape, integrator, str(dense_limit), str(fields)],
         capture_output=True,
         text=True,
         check=False,

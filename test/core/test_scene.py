@@ -5,7 +5,10 @@ from __future__ import annotations
 import copy
 import io
 import math
+from pathlib import Path
 
+import bodies
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -184,3 +187,78 @@ def test_nonsense_anywhere_is_a_setting_error_that_names_the_file_or_no_nonsense
         assert str(error).startswith("my.yaml: ")
     else:
         assert not isinstance(value, float) or math.isfinite(value)
+
+
+def ball_file(folder: Path, *, hole: bool = False) -> str:
+    ball = bodies.ball(100.0)
+    bodies.as_trimesh(ball._replace(triangles=ball.triangles[int(hole) :])).export(folder / "ball.stl")
+    return "ball.stl"
+
+
+def test_meshes_and_compounds_are_found_beside_the_scene_file(tmp_path):
+    """A ball in mm, alone and on a post: the same file, looked up from the folder of the scene."""
+    mesh = f"voxel_field: {{path: {ball_file(tmp_path)}, scale: 0.001, center: [0, 0, 1]"
+    (tmp_path / "scene.yaml").write_text(
+        GRID
+        + f"""
+obstacles:
+  ball: {{{mesh}, voxel: 0.02, friction: 0.7, query: tangent_plane}}}}
+  lamp:
+    compound:
+      voxel: 0.03
+      center: [5, 0, 0]
+      parts:
+        post: {{box: {{extents: [0.1, 0.1, 2], center: [0, 0, 0]}}}}
+        shade: {{{mesh}}}}}
+"""
+    )
+    scene = Scene.load(tmp_path / "scene.yaml")
+    ball, lamp = scene.obstacles["ball"], scene.obstacles["lamp"]
+    assert (ball.voxel, ball.friction, ball.query, ball.field.query) == (0.02, 0.7, "tangent_plane", "tangent_plane")
+    assert ball.reach == pytest.approx(0.1, rel=0.01)
+    point = np.array([[0.0, 0.0, 1.12], [0.3, 0.0, 0.0], [0.07, 0.0, 0.5]])
+    distance = lamp.field.distance(point)[0]
+    assert distance[[0, 2]] == pytest.approx([0.02, 0.02], abs=0.004)
+    assert 0.03 <= distance[1] <= 0.25  # beyond the shell, a bound
+    assert type(lamp).from_mapping(lamp.as_mapping()) == lamp
+    solver, state = scene.build()
+    assert set(state.obstacles) == {"ball", "lamp"}
+    state = solver.step(state, scene.inputs)
+    assert not solver.report.recovered
+
+
+@pytest.mark.parametrize(
+    ("said_of_it", "said"),
+    [
+        ("voxel_field: {voxel: 0.01}", "obstacles.it.voxel_field.path: a voxel field needs either a mesh file"),
+        ("voxel_field: {path: lost.stl}", r"obstacles.it.voxel_field.path: .*lost.stl: cannot be read"),
+        ("voxel_field: {path: ball.stl}", r"obstacles.it.voxel_field.path: .*ball.stl: not watertight: 1 hole of 3"),
+        ("voxel_field: {path: ball.stl, voxel: 20}", r"it.voxel_field.voxel: 20 is out of range: a number .* 10 m"),
+        ("compound: {voxel: 0.1}", "obstacles.it.compound.parts: is empty"),
+        ("compound: {parts: 3}", "obstacles.it.compound.parts: 3 is not a section of names"),
+        ("compound: {parts: {a: {plane: {}}}}", r"obstacles.it.compound.parts.a.plane: no such key; known keys: sph"),
+        ("compound: {parts: {a: {box: {}}}}", r"obstacles.it.compound.parts.a.box.extents: is missing"),
+        (
+            "compound: {parts: {a: {sphere: {radius: 1, friction: 0.3}}}}",
+            r"obstacles.it.compound.parts.a.friction: has no effect: it is the compound's to say",
+        ),
+        (
+            "compound: {parts: {a: {voxel_field: {path: ball.stl}}}}",
+            r"obstacles.it.compound.parts.a.voxel_field.path: .*ball.stl: not watertight",
+        ),
+        (
+            "compound: {parts: {a: {sphere: {radius: 1, orientation: [0, 0, 0, 0]}}}}",
+            r"obstacles.it.compound.parts.a.sphere.orientation: orientation \(0.0, 0.0, 0.0, 0.0\) is not a quat",
+        ),
+    ],
+)
+def test_wrong_meshes_and_compounds_are_refused(tmp_path, said_of_it, said):
+    ball_file(tmp_path, hole=True)
+    with pytest.raises(SettingError, match=said):
+        Scene.parse(GRID + f"obstacles: {{it: {{{said_of_it}}}}}", folder=tmp_path)
+
+
+def test_a_voxel_that_is_too_small_is_refused_when_the_field_is_made():
+    scene = Scene.parse(GRID + "obstacles: {it: {compound: {voxel: 0.001, parts: {a: {sphere: {radius: 50}}}}}}")
+    with pytest.raises(SettingError, match=r"obstacles.it.voxel: 0.001 m makes a grid of .* or more would fit"):
+        scene.build()[0].prepare()

@@ -61,10 +61,12 @@ def test_a_step_leaves_its_arguments_untouched(integrator):
 THREADS = """
 import numpy as np
 from cloth_core import *
-from cloth_core.obstacles import Sphere
+from cloth_core.fields import Compound
+from cloth_core.obstacles import Box, Sphere
+bar = Compound(parts={"bar": Box(extents=(0.06, 0.9, 0.06))}, voxel=0.02, center=(0.3, 0.0, -0.035))
 for size, reach, shear in ((12, 0.2, 50), (32, 0.5, 50), (50, 0.2, 50), (50, 0.2, 50_000)):
     mesh = ClothMesh.grid(width=1.0, height=1.0, columns=size, rows=size)
-    obstacles = {"ball": Sphere(radius=0.2, center=(0.0, 0.0, -0.21))}
+    obstacles = {"ball": Sphere(radius=0.2, center=(0.0, 0.0, -0.21)), "bar": bar}
     solver = ClothSolver(mesh, Material(shear=shear), obstacles=obstacles)
     assert mesh.is_membrane(solver.material) is (shear > 1000)
     solver.pin(mesh.group("corners")[:2])

@@ -155,7 +155,7 @@ def test_the_dice_know_every_cloth_abuse_and_integrator():
     assert {name for episode in episodes for name in episode.abuses} == set(ABUSES)
     assert {episode.config.integrator for episode in episodes} == set(INTEGRATORS)
     assert {episode.config.dt for episode in episodes} >= {0.001, 0.02, 0.1}
-    assert {name for episode in episodes for name in episode.obstacles} == {"floor", "ball", "box", "rod"}
+    assert {name for episode in episodes for name in episode.obstacles} == {"floor", "ball", "box", "rod", "stool"}
     free = [episode for episode in episodes if len(episode.pinned) == 0]
     assert free and all("floor" in episode.obstacles and episode.strict for episode in free)
 

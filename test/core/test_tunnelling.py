@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from cloth_core import ClothMesh, ClothSolver, Inputs, Material, Pose, SolverConfig
+from cloth_core.fields import Compound
 from cloth_core.obstacles import Box, Capsule, Obstacle
 
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 ALONG_X = (0.0, 0.5**0.5, 0.0, 0.5**0.5)
 PLATE = Box(extents=(1.0, 0.3, 0.01))
 ROD = Capsule(radius=0.002, length=1.2, orientation=ALONG_X)
 NEEDLE = Capsule(radius=0.0005, length=0.4, center=(0.004, 0.007, -0.2))
+FIELD_PLATE = Compound(parts={"plate": PLATE}, voxel=0.01)
+FIELD_ROD = Compound(parts={"rod": replace(ROD, orientation=UPRIGHT)}, voxel=0.004, orientation=ALONG_X)
 CONFIG = SolverConfig(air_density=0.0, max_obstacle_speed=100.0)
 
 
@@ -37,6 +41,8 @@ def crossed(x: np.ndarray, triangles: np.ndarray, begin: np.ndarray, end: np.nda
 def pierced(solver: ClothSolver, x: np.ndarray, pose: Pose) -> int:
     """Triangles that the core of the obstacle passes through: the axis of a rod, the long diagonals of a plate."""
     shape = solver.obstacles["it"]
+    if isinstance(shape, Compound):
+        (shape,) = shape.parts.values()
     if isinstance(shape, Capsule):
         half = np.array([[0.0, 0.0, 0.5 * shape.length]])
         lines = [(-half, half)]
@@ -54,6 +60,9 @@ def pierced(solver: ClothSolver, x: np.ndarray, pose: Pose) -> int:
         pytest.param(ROD, "implicit_midpoint", id="rod"),
         pytest.param(NEEDLE, "implicit_midpoint", id="needle"),
         pytest.param(PLATE, "meyer2000", id="plate-meyer2000"),
+        pytest.param(FIELD_PLATE, "implicit_midpoint", id="field-plate"),
+        pytest.param(FIELD_ROD, "implicit_midpoint", id="field-rod"),
+        pytest.param(FIELD_PLATE, "meyer2000", id="field-plate-meyer2000"),
     ],
 )
 def test_a_cloth_thrown_at_10_m_s_stays_on_its_side(shape, integrator):
@@ -76,6 +85,8 @@ def test_a_cloth_thrown_at_10_m_s_stays_on_its_side(shape, integrator):
         pytest.param(ROD, 30.0, id="rod-30"),
         pytest.param(PLATE, 10.0, id="plate-10"),
         pytest.param(PLATE, 30.0, id="plate-30"),
+        pytest.param(FIELD_ROD, 10.0, id="field-rod-10"),
+        pytest.param(FIELD_ROD, 30.0, id="field-rod-30"),
     ],
 )
 def test_what_is_swung_at_a_hanging_cloth_takes_it_along(shape, speed):

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 
+import bodies
+import numpy as np
 import pytest
 
 from cloth_core import Pose
-from cloth_core.obstacles import SHAPES, Box, Capsule, Ellipsoid, Plane, Sphere
-from cloth_sim_ros.messages.obstacle_shapes import CUBE, CYLINDER, SPHERE, shapes_of
+from cloth_core.fields import Compound, VoxelField
+from cloth_core.fields.outline import TRIANGLES_MOST
+from cloth_core.obstacles import Box, Capsule, Ellipsoid, Plane, Sphere
+from cloth_core.shapes import SHAPES
+from cloth_sim_ros.messages.obstacle_shapes import CUBE, CYLINDER, SPHERE, TRIANGLE_LIST, shapes_of
 
 UPSIDE = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))  # a quarter turn about x takes z to -y
 THERE = Pose((1.0, 2.0, 3.0), UPSIDE)
@@ -46,8 +51,28 @@ def test_a_plane_is_a_slab_whose_upper_face_is_the_plane():
     assert top.position == pytest.approx(THERE.position)
 
 
+def test_a_mesh_is_its_triangles_and_a_fine_one_fewer():
+    ball = bodies.ball(0.5, finer=1)
+    (shape,) = shapes_of(VoxelField(surface=ball, scale=2.0), THERE)
+    assert (shape.kind, shape.scale, shape.pose) == (TRIANGLE_LIST, (1.0, 1.0, 1.0), THERE)
+    np.testing.assert_array_equal(shape.outline.corners.reshape(-1, 3, 3), 2.0 * ball.position[ball.triangles])
+    (shape,) = shapes_of(VoxelField(surface=bodies.ball(0.5, finer=5)), THERE)  # 20,480 triangles
+    assert 500 < len(shape.outline.corners) / 3 <= TRIANGLES_MOST
+    np.testing.assert_allclose(np.linalg.norm(shape.outline.corners, axis=1), 0.5, atol=0.01)
+
+
+def test_a_compound_is_its_parts_where_they_stand():
+    post = Box(extents=(0.1, 0.1, 1.0), center=(0.0, 0.0, 0.5))
+    vase = VoxelField(surface=bodies.ball(0.1), center=(0.0, 0.0, 1.1))
+    one, other = shapes_of(Compound(parts={"post": post, "vase": vase}), THERE)
+    assert (one.kind, one.scale, other.kind) == (CUBE, (0.1, 0.1, 1.0), TRIANGLE_LIST)
+    assert one.pose.position == pytest.approx((1.0, 1.5, 3.0))
+    assert other.pose.position == pytest.approx((1.0, 0.9, 3.0))
+
+
 def test_every_shape_that_a_scene_can_have_can_be_drawn():
     needed = {"sphere": {"radius": 1.0}, "box": {"extents": (1, 1, 1)}, "capsule": {"radius": 1.0, "length": 1.0}}
     needed |= {"ellipsoid": {"radii": (1, 1, 1)}, "plane": {}}
+    needed |= {"voxel_field": {"surface": bodies.ball(0.5)}, "compound": {"parts": {"it": Sphere(radius=1.0)}}}
     for name, kind in SHAPES.items():
         assert shapes_of(kind(**needed[name]), Pose()), name

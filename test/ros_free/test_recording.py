@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import bodies
 import numpy as np
 import pytest
 
@@ -12,6 +13,7 @@ from cloth_sim_ros.messages.cdr import encode_string
 from cloth_sim_ros.recording.content import Event, Snapshot, Step
 from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.recording.recorder import RECORD, Recorder
+from cloth_sim_ros.recording.setup import attachments_of, metadata_of, scene_from
 from cloth_sim_ros.session import SessionError, SessionWriter
 
 INPUTS = Inputs(
@@ -178,3 +180,27 @@ def test_settings_in_a_session_are_checked_again(cloth_session, tmp_path):
     SessionWriter(tmp_path / "odd", attachments=changed, metadata=reader.metadata).close()
     with pytest.raises(SessionError, match="areal_density"):
         _ = RecordedSession(tmp_path / "odd").scene
+
+
+def test_meshes_of_obstacles_come_back_without_their_files(tmp_path):
+    """A mesh alone and one in a compound: distances are the same to the last bit, though the file is gone."""
+    file = tmp_path / "ball.ply"
+    bodies.as_trimesh(bodies.ball(100.0)).export(file)
+    mesh = "voxel_field: {path: ball.ply, scale: 0.001, center: [0.1, 0, 0]"
+    scene = Scene.parse(
+        "cloth: {grid: {width: 0.4, height: 0.4, columns: 4, rows: 4}}\nobstacles:\n"
+        f"  ball: {{{mesh}, voxel: 0.02}}}}\n"
+        f"  two: {{compound: {{voxel: 0.02, parts: {{a: {{{mesh}}}}}, b: {{box: {{extents: [0.2, 0.1, 0.1]}}}}}}}}}}\n",
+        folder=tmp_path,
+    )
+    solver, _ = scene.build()
+    attachments, about = attachments_of(scene, solver, {}), metadata_of(scene, solver, "/a", "inputs")["cloth_sim"]
+    file.unlink()
+    back = scene_from(attachments, about)
+    points = np.random.default_rng(0).uniform(-0.3, 0.3, (200, 3))
+    for name, obstacle in scene.obstacles.items():
+        assert back.obstacles[name].pose == obstacle.pose
+        for one, other in zip(
+            back.obstacles[name].field.distance(points), obstacle.field.distance(points), strict=True
+        ):
+            np.testing.assert_array_equal(one, other)

@@ -7,11 +7,14 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import bodies
 import numpy as np
 import pytest
 
 from cloth_core import ClothMesh, Inputs, Wind
+from cloth_core.fields import Compound, VoxelField
 from cloth_core.inputs import Grasp
+from cloth_core.obstacles import Box
 from cloth_core.pose import Pose
 from cloth_core.scene import Scene
 from cloth_sim_ros import render
@@ -96,6 +99,16 @@ def test_what_moves_changes_the_picture():
         for changed in ((later, inputs), (state, calm), (state, hand), (moved, inputs)):
             assert (stage.picture(*changed) != first).any(axis=2).sum() > 10
         assert np.array_equal(stage.picture(state, inputs), first)
+
+
+@pytest.mark.usefixtures("drawing")
+def test_meshes_and_compounds_are_drawn_where_their_parts_stand():
+    from cloth_sim_ros.rendering.shapes import surface
+
+    ball = VoxelField(surface=bodies.ball(0.1), center=(0.0, 0.0, 1.0))
+    assert surface(ball).bounds == pytest.approx((-0.1, 0.1, -0.1, 0.1, -0.1, 0.1), abs=2e-3)  # in its own frame
+    lamp = Compound(parts={"post": Box(extents=(0.1, 0.1, 1.0), center=(0.0, 0.0, 0.5)), "shade": ball})
+    assert surface(lamp).bounds == pytest.approx((-0.1, 0.1, -0.1, 0.1, 0.0, 1.1), abs=2e-3)
 
 
 @pytest.mark.usefixtures("drawing")

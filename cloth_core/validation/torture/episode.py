@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from cloth_core.config import INTEGRATORS, SolverConfig
+from cloth_core.fields import Compound
 from cloth_core.material import PRESETS, Material
 from cloth_core.mesh import ClothMesh
-from cloth_core.obstacles import Box, Capsule, Obstacle, Plane, Sphere
+from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Plane, Sphere
 from cloth_core.pose import Pose
 from cloth_core.solver import ClothSolver
 from cloth_core.state import State
@@ -21,6 +22,16 @@ from cloth_core.validation.torture.abuse import ABUSES
 DEFAULT_INTEGRATOR = SolverConfig().integrator
 SMALLEST, LARGEST = 10, 50  # vertices a side
 START = Pose((0.0, 0.0, 1.0))  # flat, above most obstacles
+
+STOOL = Compound(
+    voxel=0.005,
+    parts={
+        "seat": Box(extents=(0.3, 0.3, 0.04)),
+        "post": Capsule(radius=0.03, length=0.3, center=(0.0, 0.0, -0.17)),
+        "foot": Ellipsoid(radii=(0.12, 0.15, 0.02), center=(0.0, 0.0, -0.34)),
+    },
+)
+"""A distance field, hollow where the post meets the seat."""
 
 # Each part of an episode draws from a stream of its own, so that fixing one part leaves the others as they are.
 CLOTH, FABRIC, CONFIG, OBSTACLES, SUPPORT, ABUSE, FIRST_ABUSER = range(7)
@@ -193,6 +204,11 @@ def _obstacles(random: np.random.Generator, *, floor: bool) -> MappingProxyType[
         "box": Box(extents=extents, center=places[1], orientation=turns[1]),
         "rod": Capsule(radius=0.4 * radius, length=float(extents[0]), center=places[2], orientation=turns[2]),
     }
+    if random.random() < 0.3:
+        x, y, z = random.uniform([-0.4, -0.4, 0.0], [0.4, 0.4, 0.4])
+        turn = random.normal(size=4)
+        shapes["stool"] = replace(STOOL, center=(x, y, z), orientation=tuple(turn / np.linalg.norm(turn)))
+        chosen |= {"stool"}
     return MappingProxyType({name: shape for name, shape in shapes.items() if name in chosen})
 
 
