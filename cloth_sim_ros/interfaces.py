@@ -119,6 +119,14 @@ TRIANGLES = Interface(
     LATCHED,
 )
 TOPOLOGY = Interface("out", "~/cloth/topology", "shape_msgs/msg/Mesh", "the cloth as it starts, for planners", LATCHED)
+WRENCH = Interface(
+    "out", "~/grasp/{name}/wrench", "geometry_msgs/msg/WrenchStamped",
+    "of the cloth on the hand, N and N m, in its own frame; frame_id is the grasp's name", STREAM, "grasps",
+)  # fmt: skip
+RUMBLE = Interface(
+    "out", "~/grasp/{name}/rumble", "sensor_msgs/msg/JoyFeedbackArray",
+    "one TYPE_RUMBLE, 0 .. 1: changes of the force, cloth that is caught, lost, or pulled taut", STREAM, "grasps",
+)  # fmt: skip
 OBSTACLES = Interface(
     "out", "~/obstacles", "visualization_msgs/msg/MarkerArray", "what the cloth collides with", LATCHED
 )
@@ -150,7 +158,7 @@ INPUTS = (
     *(GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, WIND_POSE, FLUID_VELOCITY),
     *(OBSTACLE_POSE, GROUP_PIN, CAMERA_POSE, CAMERA_INFO),
 )
-OUTPUTS = (POINTS, VISIBLE, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, *STATS.values(), DIAGNOSTICS)
+OUTPUTS = (POINTS, VISIBLE, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, WRENCH, RUMBLE, *STATS.values(), DIAGNOSTICS)
 SERVICES = (PAUSE, RESET, STEP, SNAPSHOT, RESTORE)
 INTERFACES = (*INPUTS, *OUTPUTS, *SERVICES)
 

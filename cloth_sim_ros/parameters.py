@@ -83,6 +83,14 @@ class NodeSettings(Settings):
         f"closures that come as an axis or button of sensor_msgs/Joy or as a joint of sensor_msgs/JointState, each as "
         f"{FORM}: 'hand ~/joy axis 5 1 -1', 'hand /gripper/joint_states joint finger 0.04 0'"
     )
+    rumble_force: float = setting(
+        "float",
+        5.0,
+        unit="N",
+        low=0.01,
+        high=10000.0,
+        help="a change of the force on a hand that makes ~/grasp/<name>/rumble 1",
+    )
     wind_pointer_speed: float = setting(
         "float", 4.0, unit="m/s", low=0.0, high=200.0, help="speed of the wind that ~/wind/pose directs"
     )

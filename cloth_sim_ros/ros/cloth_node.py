@@ -129,7 +129,7 @@ class ClothNode(LifecycleNode):
         if self._recorder is None:
             self._open_session()
         parts = self._parts
-        parts.outputs.recorder = parts.inputs.recorder = self._recorder
+        parts.outputs.publishers.recorder = parts.inputs.recorder = self._recorder
         self._runner = Runner(
             parts.simulation,
             pace_of(self, parts.simulation.solver.config.dt, self._activated),
@@ -162,8 +162,7 @@ class ClothNode(LifecycleNode):
         self._parts.intake.pointer_speed = settings.wind_pointer_speed
         simulation = self._parts.simulation
         simulation.grasp_timeout, simulation.grasp_cutoff = settings.grasp_timeout, cutoff_of(self, settings)
-        outputs = self._parts.outputs
-        outputs.mesh_rate, outputs.visible_rate = settings.mesh_rate, settings.visible_rate
+        self._parts.outputs.settings = settings
         if self._runner is not None:
             self._runner.set_budget(settings.time_budget)
 

@@ -8,14 +8,16 @@ from importlib import import_module
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Point, Quaternion, Vector3
+from geometry_msgs.msg import Point, Quaternion, Vector3, WrenchStamped
 from rclpy.time import Time
+from sensor_msgs.msg import JoyFeedback, JoyFeedbackArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from cloth_core import Pose
 from cloth_core.fields.outline import Outline
 from cloth_core.obstacles import Obstacle
+from cloth_core.report import Wrench
 from cloth_sim_ros.messages.obstacle_shapes import Shape, shapes_of
 from cloth_sim_ros.simulation.diagnostics import Status
 
@@ -43,6 +45,21 @@ def diagnostics(statuses: Sequence[Status], hardware: str, stamp_ns: int) -> Dia
         for status in statuses
     ]
     return array
+
+
+def wrench_of(name: str, wrench: Wrench, stamp_ns: int) -> WrenchStamped:
+    """The wrench on a hand, in the frame of that name."""
+    message = WrenchStamped()
+    message.header.frame_id, message.header.stamp = name, Time(nanoseconds=stamp_ns).to_msg()
+    force, torque = message.wrench.force, message.wrench.torque
+    force.x, force.y, force.z = wrench.force
+    torque.x, torque.y, torque.z = wrench.torque
+    return message
+
+
+def rumble_of(intensity: float) -> JoyFeedbackArray:
+    """One motor that hums with ``intensity``."""
+    return JoyFeedbackArray(array=[JoyFeedback(type=JoyFeedback.TYPE_RUMBLE, id=0, intensity=intensity)])
 
 
 def obstacle_markers(

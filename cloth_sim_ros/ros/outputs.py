@@ -6,18 +6,18 @@ import struct
 from collections.abc import Mapping
 
 import numpy as np
-from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
+from rclpy.lifecycle import LifecycleNode
 from rclpy.serialization import serialize_message
 
 from cloth_core import Material, Pose
 from cloth_sim_ros import interfaces
-from cloth_sim_ros.interfaces import Interface
 from cloth_sim_ros.messages.cdr import MarkerEncoder, PointCloudEncoder, encode_mesh, encode_triangles
-from cloth_sim_ros.recording.recorder import Recorder
-from cloth_sim_ros.ros.messages import interface_class, obstacle_markers
-from cloth_sim_ros.ros.qos import IncompatibleQos, overridable, profile
+from cloth_sim_ros.parameters import NodeSettings
+from cloth_sim_ros.ros.messages import obstacle_markers, rumble_of, wrench_of
+from cloth_sim_ros.ros.publishers import Publishers
+from cloth_sim_ros.ros.qos import IncompatibleQos
 from cloth_sim_ros.simulation.frame import Frame
+from cloth_sim_ros.simulation.haptics import Haptics
 from cloth_sim_ros.simulation.simulation import Simulation
 from cloth_sim_ros.vision.camera import Viewpoint
 from cloth_sim_ros.vision.visible import visible_vertices
@@ -33,9 +33,7 @@ class Outputs:
     Args:
         node: the managed node; it publishes while it is active.
         simulation: what is shown.
-        frame_id: frame of everything published.
-        mesh_rate: Hz of the mesh of a large cloth.
-        visible_rate: Hz of what the camera sees.
+        settings: the node's; replaced when they change.
         viewpoint: the camera.
         incompatible: is told of subscribers that cannot be served.
     """
@@ -45,24 +43,20 @@ class Outputs:
         node: LifecycleNode,
         simulation: Simulation,
         *,
-        frame_id: str,
-        mesh_rate: float,
-        visible_rate: float,
+        settings: NodeSettings,
         viewpoint: Viewpoint,
         incompatible: IncompatibleQos,
     ) -> None:
-        self.recorder: Recorder | None = None
-        self._node = node
         self._simulation = simulation
-        self._frame_id = frame_id
-        self.mesh_rate, self.visible_rate = mesh_rate, visible_rate
+        frame_id = self._frame_id = settings.frame_id
+        self.settings = settings
+        self._haptics = Haptics()
         self._viewpoint = viewpoint
         mesh = simulation.solver.mesh
         self._points, self._visible = PointCloudEncoder(frame_id), PointCloudEncoder(frame_id)
         self._marker = MarkerEncoder(frame_id, "cloth", 0, CLOTH_COLOUR, mesh.triangles)
-        self._publishers = {
-            i: self._publisher(i, incompatible) for i in interfaces.OUTPUTS if i is not interfaces.DIAGNOSTICS
-        }
+        those = [i for i in interfaces.OUTPUTS if i is not interfaces.DIAGNOSTICS]
+        self.publishers = Publishers(node, those, {"grasps": simulation.scene.inputs.grasps}, incompatible)
         self._weighed: Material | None = None
         self._obstacles_shown: dict[str, Pose] = {}
         self._topology_sent = False
@@ -70,7 +64,7 @@ class Outputs:
 
     def publish_points(self, frame: Frame, stamp_ns: int) -> None:
         """Publish the points of ``frame``."""
-        self._send(
+        self.publishers.send(
             interfaces.POINTS,
             self._points.encode(stamp_ns, frame.position, frame.normal, frame.strain),
             stamp_ns,
@@ -82,41 +76,36 @@ class Outputs:
             self._publish_topology(frame, stamp_ns)
         if (
             self._viewpoint.pose is not None
-            and self._is_due(frame, self.visible_rate)
-            and self._heard(interfaces.VISIBLE)
+            and self._is_due(frame, self.settings.visible_rate)
+            and self.publishers.heard(interfaces.VISIBLE)
         ):
             self._publish_visible(frame, stamp_ns)
-        if self._mesh_is_due(frame) and self._wanted(interfaces.MESH):
-            self._send(interfaces.MESH, self._marker.encode(stamp_ns, frame.position), stamp_ns)
+        if self._mesh_is_due(frame) and self.publishers.wanted(interfaces.MESH):
+            self.publishers.send(interfaces.MESH, self._marker.encode(stamp_ns, frame.position), stamp_ns)
+        self._publish_haptics(frame, stamp_ns)
         poses = frame.state.obstacles
         if poses != self._obstacles_shown or not 0 <= stamp_ns - self._obstacles_at < 1_000_000_000:
             self._publish_obstacles(poses, stamp_ns)
         for name, value in self._stats(frame).items():
-            if self._wanted(interfaces.STATS[name]):
-                self._send(interfaces.STATS[name], _FLOAT64.pack(b"\0\1\0\0", value), stamp_ns)
-
-    def destroy(self) -> None:
-        """Take the topics off the graph."""
-        for publisher in self._publishers.values():
-            self._node.destroy_lifecycle_publisher(publisher)
-        self._publishers.clear()
+            if self.publishers.wanted(interfaces.STATS[name]):
+                self.publishers.send(interfaces.STATS[name], _FLOAT64.pack(b"\0\1\0\0", value), stamp_ns)
 
     def _is_due(self, frame: Frame, rate: float) -> bool:
         """Whether what is published at ``rate`` Hz is so now."""
         return frame.step_index % max(1, round(1.0 / (rate * self._simulation.solver.config.dt))) == 0
 
     def _mesh_is_due(self, frame: Frame) -> bool:
-        return len(frame.position) <= FAST_MESH_VERTICES or self._is_due(frame, self.mesh_rate)
+        return len(frame.position) <= FAST_MESH_VERTICES or self._is_due(frame, self.settings.mesh_rate)
 
-    def _publisher(self, interface: Interface, incompatible: IncompatibleQos) -> LifecyclePublisher:
-        topic = self._node.resolve_topic_name(interface.name)
-        return self._node.create_lifecycle_publisher(
-            interface_class(interface.type_name),
-            interface.name,
-            profile(interface.qos),
-            event_callbacks=PublisherEventCallbacks(incompatible_qos=incompatible.of_publisher(topic)),
-            qos_overriding_options=overridable(),
-        )
+    def _publish_haptics(self, frame: Frame, stamp_ns: int) -> None:
+        hums = self._haptics.rumble(frame, self._simulation.solver.config.dt, self.settings.rumble_force)
+        for name, wrench in self._haptics.wrenches(frame).items():
+            if self.publishers.wanted(interfaces.WRENCH, name):
+                cdr = serialize_message(wrench_of(name, wrench, stamp_ns))
+                self.publishers.send(interfaces.WRENCH, cdr, stamp_ns, name)
+            if self.publishers.wanted(interfaces.RUMBLE, name):
+                cdr = serialize_message(rumble_of(hums[name]))
+                self.publishers.send(interfaces.RUMBLE, cdr, stamp_ns, name)
 
     def _publish_visible(self, frame: Frame, stamp_ns: int) -> None:
         solver, camera = self._simulation.solver, self._viewpoint
@@ -124,32 +113,18 @@ class Outputs:
             camera.pose, camera.lens, frame.position, solver.mesh.triangles, solver.obstacles, frame.state.obstacles
         )
         cloud = self._visible.encode(stamp_ns, frame.position[seen], frame.normal[seen], frame.strain[seen], seen)
-        self._send(interfaces.VISIBLE, cloud, stamp_ns)
+        self.publishers.send(interfaces.VISIBLE, cloud, stamp_ns)
 
     def _publish_topology(self, frame: Frame, stamp_ns: int) -> None:
         triangles = self._simulation.solver.mesh.triangles
-        self._send(interfaces.TRIANGLES, encode_triangles(self._frame_id, stamp_ns, triangles), stamp_ns)
-        self._send(interfaces.TOPOLOGY, encode_mesh(triangles, frame.position), stamp_ns)
+        self.publishers.send(interfaces.TRIANGLES, encode_triangles(self._frame_id, stamp_ns, triangles), stamp_ns)
+        self.publishers.send(interfaces.TOPOLOGY, encode_mesh(triangles, frame.position), stamp_ns)
         self._topology_sent = True
 
     def _publish_obstacles(self, poses: Mapping[str, Pose], stamp_ns: int) -> None:
         array = obstacle_markers(self._simulation.solver.obstacles, poses, self._frame_id, stamp_ns)
-        self._send(interfaces.OBSTACLES, serialize_message(array), stamp_ns)
+        self.publishers.send(interfaces.OBSTACLES, serialize_message(array), stamp_ns)
         self._obstacles_shown, self._obstacles_at = dict(poses), stamp_ns
-
-    def _wanted(self, interface: Interface) -> bool:
-        if self.recorder is not None and self.recorder.wants(interface.type_name):
-            return True
-        return self._heard(interface)
-
-    def _heard(self, interface: Interface) -> bool:
-        return self._publishers[interface].get_subscription_count() > 0
-
-    def _send(self, interface: Interface, cdr: bytes, stamp_ns: int) -> None:
-        publisher = self._publishers[interface]
-        publisher.publish(cdr)
-        if self.recorder is not None:
-            self.recorder.output(publisher.topic_name, interface.type_name, cdr, stamp_ns, qos=interface.qos)
 
     def _stats(self, frame: Frame) -> dict[str, float]:
         velocity, solver = frame.state.velocity, self._simulation.solver

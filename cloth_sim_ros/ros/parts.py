@@ -75,13 +75,11 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
     outputs = Outputs(
         node,
         simulation,
-        frame_id=settings.frame_id,
-        mesh_rate=settings.mesh_rate,
-        visible_rate=settings.visible_rate,
+        settings=settings,
         viewpoint=intake.viewpoint,
         incompatible=incompatible,
     )
-    undo.callback(outputs.destroy)
+    undo.callback(outputs.publishers.destroy)
     inputs = Subscriptions(node, scene, closures, intake, incompatible)
     undo.callback(inputs.destroy)
     return Parts(

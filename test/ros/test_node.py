@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Vector3Stamped, WrenchStamped
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo, PointCloud2
+from sensor_msgs.msg import CameraInfo, JoyFeedback, JoyFeedbackArray, PointCloud2
 from shape_msgs.msg import Mesh
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import SetBool, Trigger
@@ -111,6 +111,34 @@ def test_a_gripper_closed_at_a_corner_lifts_it_and_lets_it_fall(peer):
     close(Float64(data=0.0))
     peer.wait_until(lambda: held[-1].data == 1.0, "the corner to be released")
     peer.wait_until(lambda: positions(clouds[-1])[-1][2] < 0.5, "the corner to fall")
+
+
+def test_a_hand_that_lifts_the_cloth_feels_it_and_its_controller_hums(peer):
+    clouds = peer.listen(PointCloud2, "cloth/points")
+    wrenches = peer.listen(WrenchStamped, "grasp/hand/wrench")
+    rumbles = peer.listen(JoyFeedbackArray, "grasp/hand/rumble")
+    move, close = peer.speak(PoseStamped, "grasp/hand/pose", 1), peer.speak(Float64, "grasp/hand/closure")
+    corner = positions(peer.wait_until(lambda: clouds and clouds[-1], "a cloud"))[-1].astype(float)
+    goal = pose(corner[0], corner[1], corner[2])
+
+    def lift():
+        move(goal)
+        close(Float64(data=1.0))
+        goal.pose.position.z = min(0.9, goal.pose.position.z + 0.004)
+
+    peer.wait_until(
+        lambda: wrenches and wrenches[-1].wrench.force.z < -0.05,
+        "a pull downwards",
+        meanwhile=lift,
+    )
+    assert wrenches[-1].header.frame_id == "hand"
+    peer.wait_until(lambda: any(r.array[0].intensity > 0.3 for r in rumbles), "the controller to hum", meanwhile=lift)
+    assert {(len(r.array), r.array[0].type) for r in rumbles} == {(1, JoyFeedback.TYPE_RUMBLE)}
+    assert all(0.0 <= r.array[0].intensity <= 1.0 for r in rumbles)
+    assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
+    assert peer.call(Trigger, "reset", Trigger.Request()).success  # shown, with a hand that holds nothing any more
+    assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success
+    close(Float64(data=0.0))
 
 
 def test_wind_blows_the_cloth_along(peer):
