@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -28,7 +27,7 @@ from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.physics.ways import Ways
 from cloth_core.pose import Pose
 from cloth_core.rehearsal import kinds, rehearse
-from cloth_core.report import StepReport
+from cloth_core.report import StepReport, Wrench
 from cloth_core.settings import check_kind
 from cloth_core.state import Grip, State, entry
 from cloth_core.substeps import Passes, Substeps
@@ -206,10 +205,15 @@ class ClothSolver:
 
         passes = Passes(self.sweeps, sweeps, out_of_time)
         motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes)
-        grips_after, slips = hands.end()
         recovered = not motion.is_sound
         if recovered:
-            motion = replace(motion, position=state.position.copy(), velocity=np.zeros_like(state.velocity), history={})
+            motion = motion.undone(state)
+        reaction = motion.reaction
+        wrenches = hands.wrenches(motion.position, held, reaction)
+        if BY_NAME[self.config.integrator].restrained:
+            hands.bear(wrenches)
+        grips_after, slips = hands.end()
+        pins = np.searchsorted(held, self._pinned)
         self.report = StepReport(
             sweeps=motion.sweeps,
             residual=motion.excess,
@@ -223,6 +227,12 @@ class ClothSolver:
             taut=followed.taut,
             slips=slips,
             empty=empty,
+            grasp_wrenches=wrenches,
+            pin_wrench=Wrench.of(reaction[pins], motion.position[self._pinned]),
+            obstacle_wrenches={
+                name: Wrench(tuple(row[:3]), tuple(row[3:]))
+                for name, row in zip(self.obstacles, motion.pressure.tolist(), strict=True)
+            },
             restrained=motion.restrained,
             recovered=recovered,
         )

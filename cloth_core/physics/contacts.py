@@ -73,6 +73,11 @@ class Contacts(HeldMasses):
         vertices = mesh.vertex_count
         self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
         self._points, self._count = _room(2 * vertices if count else 0), 0
+        self._component = mesh.component
+        self.pressed = np.zeros((vertices, 3))
+        """N s, what obstacles did to each vertex since :meth:`begin_step`."""
+        self.press = np.zeros((count, mesh.component.max() + 1, 19))
+        """What the cloth did to the obstacles since then, see :func:`~cloth_core.kernels.contact.add_impulses`."""
 
     def hold(self, held: np.ndarray) -> None:
         """From now on these vertices go where they are taken, whatever is there."""
@@ -101,6 +106,7 @@ class Contacts(HeldMasses):
             self._way_of_bodies.append((start, end))
             self._place(number, start)
         self._count = 0
+        self.pressed[:] = self.press[:] = 0.0
         return teleported
 
     def _place(self, number: int, pose: Pose) -> None:
@@ -142,8 +148,14 @@ class Contacts(HeldMasses):
                 self._points, self._way, self._distance, self._surface,
             )  # fmt: skip
             if self._count <= len(self._points.body):
+                self._points.shift[: self._count] = 0.0
                 return
             self._points = _room(2 * self._count)
+
+    @property
+    def origins(self) -> np.ndarray:
+        """(O, 3) m, where the frames of the obstacles stand."""
+        return self._bodies.origin
 
     @property
     def touching(self) -> int:
@@ -178,11 +190,18 @@ class Contacts(HeldMasses):
     def settle_velocity(
         self, velocity: np.ndarray, before: np.ndarray, position: np.ndarray, h: float, rest_speed: float
     ) -> None:
-        """Give touched points the surface's normal velocity, or bounce them; ``velocity`` (V, 3) in place."""
+        """Give touched points the surface's normal velocity, or bounce them; ``velocity`` (V, 3) in place.
+
+        With that the substep has done to them all it does, and their impulses are added up.
+        """
         if self._count:
             kernels.contact_velocity(
                 velocity, before, position, h, self._bodies, self._points, self._count, self._inverse_mass,
                 self._restitution, rest_speed,
+            )  # fmt: skip
+            kernels.add_impulses(
+                position, h, self._bodies, self._points, self._count, self._inverse_mass, self._component,
+                self.pressed, self.press,
             )  # fmt: skip
 
 
@@ -208,4 +227,5 @@ def _room(count: int) -> Points:
         pushed=np.zeros(count),
         spent=np.zeros(count),
         normal=np.zeros((count, 3)),
+        shift=np.zeros((count, 3)),
     )

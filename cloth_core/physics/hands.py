@@ -2,14 +2,12 @@
 
 A hand that carries or pulls with more than ``max_grasp_force`` loses the cloth, too. What counts is the mean of the
 last :data:`LOAD_TIME`, for the grip follows its hand at once, and a jerk would ask for any force at all in a substep.
-Forces are those of weight, inertia and stretching, and of threads at their limit as far as W carries them: what sweeps
-lift is not felt, up to a tenth of a heavy cloth that hangs at its limit by a corner.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +17,7 @@ from cloth_core.inputs import Grasp
 from cloth_core.physics.following import Followed
 from cloth_core.physics.grasping import toward
 from cloth_core.pose import Pose
-from cloth_core.report import Slip
+from cloth_core.report import Slip, Wrench
 from cloth_core.state import Grip
 
 STUCK = 0.1
@@ -74,15 +72,22 @@ class Hands:
             if vertex in restrained:
                 self._pose[name] = self._before[name].shifted(end[vertex] - start[vertex])
 
-    def bear(self, load: Callable[[np.ndarray], np.ndarray]) -> None:
-        """Hear what the cloth did to the hands in this step.
+    def wrenches(self, position: np.ndarray, held: np.ndarray, reaction: np.ndarray) -> dict[str, Wrench]:
+        """What the ``reaction`` (len(held), 3) N of the ``held`` vertices amounts to, by name of the grasp.
 
-        ``load`` tells for the vertices of a grip the force (3,) N that it had to bear: the pull of the cloth on them,
-        their own weight and inertia.
+        Moments are about the origin of the pose followed so far; ``position`` is (V, 3) m.
         """
+        felt = dict.fromkeys(self._followed.grips, Wrench())
+        for name, grip in self._holding.items():
+            own = reaction[np.searchsorted(held, grip.vertex)]
+            felt[name] = Wrench.of(own, position[grip.vertex] - self._pose[name].position)
+        return felt
+
+    def bear(self, wrenches: Mapping[str, Wrench]) -> None:
+        """Hear what the cloth did to the hands in this step, by name."""
         share = -math.expm1(-self._config.dt / LOAD_TIME)
         for name, grip in self._holding.items():
-            now = load(grip.vertex)
+            now = np.array(wrenches[name].force)
             if np.isfinite(now).all():
                 before = np.array(grip.load)
                 self._load[name] = tuple((before + share * (now - before)).tolist())
