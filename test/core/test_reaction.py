@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from cloth_core import ClothMesh, ClothSolver, Grasp, Inputs, Material, Pose, SolverConfig, Wind
 from cloth_core.kernels import reaction as kernels
@@ -108,10 +109,14 @@ def test_two_hands_share_the_weight_by_the_law_of_the_lever(integrator, lower):
 
 
 def test_a_strip_in_two_hands_pulls_inwards_as_a_catenary_does():
-    """H = w a: weight per length times the catenary's parameter, which follows from the sag and the span."""
+    """H = w a: weight per length times the catenary's parameter, which follows from its length and the span.
+
+    One iteration leaves a strip as narrow as this 2 % off its shape, and the pull 4 %.
+    """
     length = 1.2
     mesh = ClothMesh.grid(width=length, height=0.06, columns=61, rows=4)
-    solver = ClothSolver(mesh, Material(bend=0.0, damping=4.0, stretch_limit=UNLIMITED))
+    fabric = Material(bend=0.0, damping=4.0, stretch_limit=UNLIMITED)
+    solver = ClothSolver(mesh, fabric, SolverConfig(iterations=20))
     state, ends = solver.initial_state(), np.array([[-0.5 * length, 0.0, 0.0], [0.5 * length, 0.0, 0.0]])
     for n in range(101):
         inwards = np.array([[0.001, 0.0, 0.0], [-0.001, 0.0, 0.0]]) * min(n, 100)
@@ -119,24 +124,11 @@ def test_a_strip_in_two_hands_pulls_inwards_as_a_catenary_does():
         grasps = {name: hand(place, 0.035) for name, place in zip("ab", places, strict=True)}
         state = solver.step(state, Inputs(grasps=grasps))
     state, felt = played(solver, state, grasps, 6.0)
-    free = np.ones(mesh.vertex_count, bool)
-    free[state.held] = False
-    x, z = state.position[:, 0], state.position[:, 2]
-    sag, half = -float(z[np.abs(x) < 0.02].mean()), float(np.abs(x[~free]).min())
-    a = _catenary_of(sag, half)
-    mass = mesh.vertex_mass(solver.material)
-    along = GRAVITY * mass.sum() / length
-    np.testing.assert_allclose([felt[0, 0, 0], -felt[1, 0, 0]], along * a, rtol=0.02)
-    np.testing.assert_allclose(felt[:2, 0, 2], -0.5 * weight_of(solver), rtol=0.01)
-
-
-def _catenary_of(sag, half) -> float:
-    """The parameter a of the catenary that sags by a (cosh(half / a) - 1), by halving."""
-    low, high = 0.05, 10.0
-    for _ in range(60):
-        a = 0.5 * (low + high)
-        low, high = (a, high) if a * (math.cosh(half / a) - 1) > sag else (low, a)
-    return a
+    ends = np.abs(state.position[state.held, 0]).min(), np.abs(mesh.rest_position[state.held, 0]).min()
+    a = brentq(lambda a: a * math.sinh(ends[0] / a) - ends[1], 0.05, 10.0)
+    per_length = weight_of(solver) / length
+    np.testing.assert_allclose([felt[0, 0, 0], -felt[1, 0, 0]], per_length * a, rtol=0.01)
+    np.testing.assert_allclose(felt[:2, 0, 2], -0.5 * weight_of(solver), rtol=1e-3)
 
 
 @BOTH
@@ -224,7 +216,7 @@ CARRIERS = {
 }
 
 
-@pytest.mark.parametrize("fabric", ["default", "denim", "heavy"])
+@pytest.mark.parametrize("fabric", ["denim", "heavy"])
 @pytest.mark.parametrize("name", CARRIERS)
 def test_what_lies_presses_with_its_weight_where_it_lies(name, fabric):
     carrier = CARRIERS[name]
@@ -234,10 +226,10 @@ def test_what_lies_presses_with_its_weight_where_it_lies(name, fabric):
         mesh, replace(material, damping=2.0, friction=0.8), obstacles={"far": Plane(center=(0, 0, -5)), name: carrier}
     )
     state, felt = solver.initial_state(Pose((0.02, 0.0, height))), []
-    for _ in range(300):
+    for _ in range(220):
         state = solver.step(state, Inputs())
         felt.append([solver.report.obstacle_wrenches[name].force, solver.report.obstacle_wrenches[name].torque])
-    force, torque = np.mean(felt[-100:], axis=0)
+    force, torque = np.mean(felt[-70:], axis=0)
     weight = weight_of(solver)
     np.testing.assert_allclose(force, [0.0, 0.0, -weight], atol=0.02 * weight)
     lever = np.cross(center_of(solver, state), [0.0, 0.0, -weight])
