@@ -2,6 +2,7 @@
 
 from cloth_core.config import SolverConfig
 from cloth_core.errors import ClothError, InputError, MeshError, MeshWarning, SettingError
+from cloth_core.gripper import Gripper
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -16,6 +17,7 @@ __all__ = [
     "ClothSolver",
     "Grasp",
     "Grip",
+    "Gripper",
     "InputError",
     "Inputs",
     "Material",

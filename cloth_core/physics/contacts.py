@@ -73,7 +73,7 @@ class Contacts(HeldMasses):
         vertices = mesh.vertex_count
         self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
         self._points, self._count = _room(2 * vertices if count else 0), 0
-        self._component = mesh.component
+        self._component, self._give = mesh.component, np.zeros(count)
         self.pressed = np.zeros((vertices, 3))
         """N s, what obstacles did to each vertex since :meth:`begin_step`."""
         self.press = np.zeros((count, mesh.component.max() + 1, 19))
@@ -83,6 +83,15 @@ class Contacts(HeldMasses):
         """From now on these vertices go where they are taken, whatever is there."""
         super().hold(held)
         self._free = self._inverse_mass > 0.0
+
+    def give(self, gaps: Mapping[str, float]) -> None:
+        """Let the cloth come as close to these obstacles in this step as half a gap (m) allows, by name.
+
+        What two of them squeeze cannot keep the whole shell from both.
+        """
+        self._give[:] = 0.0
+        for name, gap in gaps.items():
+            self._give[self.names.index(name)] = max(0.0, self._config.contact_shell - 0.5 * gap)
 
     def begin_step(self, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> list[str]:
         """Set the way of every obstacle for the coming step; returns the names of those too fast to follow.
@@ -149,6 +158,9 @@ class Contacts(HeldMasses):
             )  # fmt: skip
             if self._count <= len(self._points.body):
                 self._points.shift[: self._count] = 0.0
+                if self._give.any():
+                    depth, body = self._points.depth[: self._count], self._points.body[: self._count]
+                    np.maximum(depth, self._give[body], out=depth)
                 return
             self._points = _room(2 * self._count)
 

@@ -14,9 +14,15 @@ from cloth_core.state import Grip
 
 
 def update_grips(
-    grips: Mapping[str, Grip], grasps: Mapping[str, Grasp], position: np.ndarray, pinned: np.ndarray
+    grips: Mapping[str, Grip],
+    grasps: Mapping[str, Grasp],
+    position: np.ndarray,
+    pinned: np.ndarray,
+    between: Mapping[str, np.ndarray] | None = None,
 ) -> dict[str, Grip]:
     """Close and open grippers: capture, keep or release vertices. Poses are not moved here.
+
+    What is ``between`` the fingers of those named there is what they capture.
 
     A gripper captures the vertices of ``position`` (V, 3) within its radius that are neither ``pinned`` nor
     held by another; where two close at once, the first by name has them. Without its grasp a grip is gone.
@@ -35,6 +41,8 @@ def update_grips(
         elif not grip.closed and grasp.closure >= grasp.close_at:
             # Capture where the hand is now, not where the speed limit let us follow it to.
             near = np.linalg.norm(position - grasp.pose.position, axis=1) <= grasp.radius
+            if between and name in between:
+                near = np.isin(np.arange(len(position)), between[name])
             vertex = np.flatnonzero(near & ~taken).astype(np.int32)
             taken[vertex] = True
             grip = Grip(grasp.pose, True, vertex, grasp.pose.inverse_apply(position[vertex]))

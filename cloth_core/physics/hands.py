@@ -16,6 +16,7 @@ from cloth_core.config import SolverConfig
 from cloth_core.inputs import Grasp
 from cloth_core.physics.following import Followed
 from cloth_core.physics.grasping import toward
+from cloth_core.physics.pinching import Pinch
 from cloth_core.pose import Pose
 from cloth_core.report import Slip, Wrench
 from cloth_core.state import Grip
@@ -36,9 +37,18 @@ class Hands:
         grasps: the hands, by the same names.
         config: has the speed limits.
         substeps: in the step.
+        pinches: those of the hands that are fingers, which hold by friction.
     """
 
-    def __init__(self, followed: Followed, grasps: Mapping[str, Grasp], config: SolverConfig, substeps: int) -> None:
+    def __init__(
+        self,
+        followed: Followed,
+        grasps: Mapping[str, Grasp],
+        config: SolverConfig,
+        substeps: int,
+        pinches: Mapping[str, Pinch] | None = None,
+    ) -> None:
+        self._pinches = pinches or {}
         self._followed, self._grasps, self._config, self._substeps = followed, grasps, config, substeps
         self._holding = {name: grip for name, grip in followed.grips.items() if len(grip.vertex)}
         self._pose = {name: grip.pose for name, grip in self._holding.items()}
@@ -97,7 +107,7 @@ class Hands:
 
         Beside those that asked for more cloth than there is, a grip slips that hardly came on, while its hand is more
         than ``slip_distance`` away: the cloth hangs on something else than hands and pins. So does one that has had to
-        bear more than ``max_grasp_force``.
+        bear more than ``max_grasp_force``; fingers, along themselves, more than their friction.
         """
         grips = {
             name: replace(grip, pose=self._end_of(name), load=self._load.get(name, grip.load))
@@ -111,8 +121,12 @@ class Hands:
     def _slip(self, name: str) -> Slip | None:
         if self._is_stuck(name):
             return Slip(name, beyond=_between(self._pose[name], self._grasps[name].pose))
-        load = math.hypot(*self._load[name])
-        return Slip(name, load=load) if load > self._config.max_grasp_force else None
+        load, strongest = np.array(self._load[name]), self._config.max_grasp_force
+        if name in self._pinches:
+            pinch = self._pinches[name]
+            load, strongest = load - (load @ pinch.across) * pinch.across, pinch.strongest
+        size = math.hypot(*load)
+        return Slip(name, load=size) if size > strongest else None
 
     def _end_of(self, name: str) -> Pose:
         return self._pose.get(name) or self._followed.poses[name]
