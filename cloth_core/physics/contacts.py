@@ -20,6 +20,10 @@ from cloth_core.pose import Pose
 ROUND = 0.1
 """Of the shell: obstacles that stick out less between two vertices which touch them need no look at what is between."""
 
+BETWEEN = 0.1
+"""Of the shell, by which fingers that squeeze may come nearer than half their gap: a point of an edge that is held at
+one end would fling the other about."""
+
 
 class Contacts(HeldMasses):
     """The obstacles of a scene as arrays, and the points of the cloth that touch them in the substep at hand.
@@ -91,7 +95,10 @@ class Contacts(HeldMasses):
         """
         self._give[:] = 0.0
         for name, gap in gaps.items():
-            self._give[self.names.index(name)] = max(0.0, self._config.contact_shell - 0.5 * gap)
+            squeezed = self._config.contact_shell - 0.5 * gap
+            self._give[self.names.index(name)] = (
+                squeezed + BETWEEN * self._config.contact_shell if squeezed > 0 else 0.0
+            )
 
     def begin_step(self, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> list[str]:
         """Set the way of every obstacle for the coming step; returns the names of those too fast to follow.

@@ -31,7 +31,7 @@ class Pinch:
 
     Args:
         grasp: the hand that it amounts to, half way between the fingers.
-        between: (K,) vertices that it squeezes; of those in hand, if there are any.
+        between: (V,) which vertices it squeezes.
         strongest: N along the fingers that friction bears.
         across: (3,) unit vector from one finger to the other, in the world.
         gap: m between the fingers where they squeeze.
@@ -76,22 +76,23 @@ class Fingers:
         thick, across = 2.0 * self._config.contact_shell, np.subtract(other.position, one.position)
         pose = Pose(tuple((0.5 * np.add(one.position, other.position)).tolist()), one.orientation)
         if grip is not None and len(grip.vertex):
-            vertex, loose = grip.vertex, LOOSE * thick
+            loose = LOOSE * thick
             place = pose.apply(grip.offset)
             gap, shift = self._squeeze(place, one, other, loose)
             way = np.maximum(np.sqrt((shift**2).sum(axis=1, keepdims=True)), 1e-12)
             eased = place + shift * np.minimum(1.0, self._config.max_push_speed * self._config.dt / way)
             grip = replace(grip, offset=pose.inverse_apply(eased))
         else:
-            vertex, loose = np.arange(len(position), dtype=np.int32), thick
-            gap, _ = self._squeeze(position, one, other, loose)
-        squeezed = gap < loose
+            loose, gap = thick, np.zeros(0)
+        everywhere, _ = self._squeeze(position, one, other, thick)
+        squeezed = everywhere < thick
+        gap = np.concatenate([gap[gap < loose], everywhere[squeezed]])
         return grip, Pinch(
-            grasp=Grasp(pose=pose, closure=float(squeezed.any()), slip_distance=self._config.contact_shell),
-            between=vertex[squeezed],
+            grasp=Grasp(pose=pose, closure=float(len(gap) > 0), slip_distance=self._config.contact_shell),
+            between=squeezed,
             strongest=self._strongest,
             across=across / max(float(np.linalg.norm(across)), 1e-12),
-            gap=float(gap[squeezed].min(initial=thick)),
+            gap=float(gap.min(initial=thick)),
         )
 
     def _squeeze(self, place: np.ndarray, one: Pose, other: Pose, near: float) -> tuple[np.ndarray, np.ndarray]:
