@@ -83,8 +83,8 @@ def stopping_distance(integrator: str) -> Measurement:
 def capstan(integrator: str) -> Measurement:
     """Drawn over a fixed cylinder by half a turn, a belt pulls e^(mu pi) times as hard at one end as at the other.
 
-    With ten iterations: one leaves threads about a cylinder pulled as if they could go through it, and 5 % more at a
-    tension of 0.2 N a centimetre, 0.2 kg/m of belt; the error grows with the tension over the mass.
+    With ten iterations: in one, threads pull as if the cylinder let them through, and the ratio is 9 % too large
+    where the tension is the weight of the belt; the error grows with tension over mass.
     """
     friction, radius, length, width = 0.3, 0.1, 1.0, 0.02
     mesh = ClothMesh.grid(width=length, height=width, columns=81, rows=2)
