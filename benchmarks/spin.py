@@ -21,7 +21,7 @@ START = 2.0
 
 
 def spun(speed: float, side: int, seconds: float) -> Iterator[tuple[ClothSolver, State]]:
-    """Every step of a cloth of ``side`` x ``side`` vertices, 1 m, over a ball of 0.3 m that spins at ``speed`` rad/s."""
+    """Every step of a cloth of 1 m, ``side`` x ``side`` vertices, on a ball of 0.3 m that spins at ``speed`` rad/s."""
     mesh = ClothMesh.grid(width=1.0, height=1.0, columns=side, rows=side)
     ball, ground = Sphere(radius=0.3, center=(0.0, 0.0, 0.35)), Plane()
     config = SolverConfig(max_obstacle_speed=max(10.0, 2.0 * speed * ball.radius))

@@ -18,6 +18,7 @@ import numpy as np
 
 from cloth_core.integrators.model import Model
 from cloth_core.kernels import reaction as kernels
+from cloth_core.report import moment
 
 EVEN = 0.01
 """Of the mean pull, the least share of a held vertex in what is missing: what was not pulled yet may be pulled now."""
@@ -53,7 +54,7 @@ class Reactions:
     def add(self, air: np.ndarray | None, pull: np.ndarray | None) -> None:
         """Hear of a substep: the force of the ``air`` (V, 3) N, if any, and the cloth's ``pull`` (len(held), 3) N."""
         if air is not None:
-            self._outer += self._model.h * air
+            self._outer += air
         if pull is not None:
             self._pull += pull
         self._substeps += 1
@@ -93,6 +94,7 @@ class Reactions:
         model, whole = self._model, np.zeros((len(about), 6))
         self._free[:] = True
         self._free[self._held] = False
+        self._outer *= model.h
         kernels.left_over(
             model.mass, gravity, self._outer, self._position, position, self._velocity, velocity,
             self._damped, self._free, self._time, self._rest,
@@ -119,18 +121,27 @@ def _missing(
     share = size + EVEN * size.mean() if size.any() else np.ones(len(force))
     weight, first, second = press[:, SIZE], press[:, FIRST], press[:, SECOND].reshape(-1, 3, 3)
     total, center, inertia = _spread(share, arm, weight, first, second, lever)
-    pressed = press[:, :SIZE].copy()
-    pressed[:, 3:] += np.cross(lever, pressed[:, :3])
-    lacking = whole - pressed.sum(axis=0)
+    lacking = whole - press[:, :SIZE].sum(axis=0)
     lacking[:3] -= force.sum(axis=0)
-    lacking[3:] -= np.cross(arm, force).sum(axis=0)
+    lacking[3:] -= moment(lever, press[:, :3]) + moment(arm, force)
     if len(force) == 0:  # what whips about may lose more than what it touches has done to it
         lacking *= min(1.0, total / max(float(np.linalg.norm(lacking[:3])), TINY))
-    spin = np.linalg.pinv(inertia, rcond=FLAT, hermitian=True) @ (lacking[3:] - np.cross(center, lacking[:3]))
-    base = lacking[:3] / total - np.cross(spin, center)
-    here = base + np.cross(spin, lever)
-    more = [weight[:, None] * here + np.cross(spin, first), np.cross(first, here) + _inertia(second) @ spin]
-    return share[:, None] * (base + np.cross(spin, arm)), np.concatenate(more, axis=1)
+    turning = lacking[3:] - _skew(center) @ lacking[:3]
+    spin = np.linalg.pinv(inertia, rcond=FLAT, hermitian=True) @ turning
+    turn = _skew(spin)
+    base = lacking[:3] / total - turn @ center
+    here = base + np.einsum("ab,ob->oa", turn, lever)
+    more = np.empty((len(press), SIZE))
+    more[:, :3] = weight[:, None] * here + np.einsum("ab,ob->oa", turn, first)
+    more[:, 3:] = np.einsum("oab,ob->oa", _skew(first), here) + _inertia(second) @ spin
+    return share[:, None] * (base + np.einsum("ab,kb->ka", turn, arm)), more
+
+
+def _skew(vector: np.ndarray) -> np.ndarray:
+    """The matrices (..., 3, 3) that do what the vector product with a ``vector`` (..., 3) does."""
+    skew = np.zeros((*vector.shape, 3))
+    skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0] = vector[..., 0], vector[..., 1], vector[..., 2]
+    return skew - np.swapaxes(skew, -1, -2)
 
 
 def _spread(

@@ -23,6 +23,12 @@ class Slip:
     load: float = 0.0
 
 
+def moment(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """(3,) N m, the sum of all products of ``arm`` (K, 3) m and ``force`` (K, 3) N."""
+    both = np.einsum("ka,kb->ab", arm, force)
+    return np.array([both[1, 2] - both[2, 1], both[2, 0] - both[0, 2], both[0, 1] - both[1, 0]])
+
+
 @dataclass(frozen=True)
 class Wrench:
     """A force and its moment, in the world's axes.
@@ -38,8 +44,7 @@ class Wrench:
     @classmethod
     def of(cls, force: np.ndarray, arm: np.ndarray) -> Wrench:
         """The resultant of forces (K, 3) N whose ``arm`` (K, 3) m is the way to them from the point of reference."""
-        torque = np.cross(arm, force).sum(axis=0)
-        return cls(tuple(force.sum(axis=0).tolist()), tuple(torque.tolist()))
+        return cls(tuple(force.sum(axis=0).tolist()), tuple(moment(arm, force).tolist()))
 
 
 @dataclass(frozen=True)
