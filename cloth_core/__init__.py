@@ -3,6 +3,7 @@
 from cloth_core.config import SolverConfig
 from cloth_core.errors import ClothError, InputError, MeshError, MeshWarning, SettingError
 from cloth_core.fluids import Fluid
+from cloth_core.gripper import Gripper
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -18,6 +19,7 @@ __all__ = [
     "Fluid",
     "Grasp",
     "Grip",
+    "Gripper",
     "InputError",
     "Inputs",
     "Material",

@@ -41,6 +41,7 @@ def check_arguments(
     mesh: ClothMesh,
     obstacles: Collection[str],
     substeps: int,
+    grippers: Collection[str] = (),
 ) -> None:
     """Refuse what :meth:`ClothSolver.step` cannot use.
 
@@ -51,9 +52,10 @@ def check_arguments(
         mesh: the cloth.
         obstacles: the names that there are.
         substeps: in a step.
+        grippers: names that no grasp may have.
 
     Raises:
-        InputError: naming the vertices, the obstacles or the numbers.
+        InputError: naming the vertices, the obstacles, the grasps or the numbers.
     """
     check_state(state, mesh, obstacles)
     if not isinstance(inputs, Inputs):
@@ -62,6 +64,9 @@ def check_arguments(
     if unknown:
         known = ", ".join(obstacles) or "none"
         raise InputError(f"no obstacle {', '.join(sorted(unknown))}; this scene has {known}")
+    double = inputs.grasps.keys() & set(grippers)
+    if double:
+        raise InputError(f"grasps: {', '.join(sorted(double))} is a gripper of two obstacles; move those")
     if sweeps is not None and len(sweeps) != substeps:
         raise InputError(f"{len(sweeps)} sweep counts for {substeps} substeps")
     if sweeps is not None and not all(isinstance(count, (int, np.integer)) and count >= 1 for count in sweeps):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
 
 
 @dataclass(frozen=True)
@@ -18,6 +21,30 @@ class Slip:
     name: str
     beyond: float = 0.0
     load: float = 0.0
+
+
+def moment(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """(3,) N m, the sum of all products of ``arm`` (K, 3) m and ``force`` (K, 3) N."""
+    both = np.einsum("ka,kb->ab", arm, force)
+    return np.array([both[1, 2] - both[2, 1], both[2, 0] - both[0, 2], both[0, 1] - both[1, 0]])
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """A force and its moment, in the world's axes.
+
+    Args:
+        force: N.
+        torque: N m, about the point that is said where the wrench stands.
+    """
+
+    force: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    torque: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def of(cls, force: np.ndarray, arm: np.ndarray) -> Wrench:
+        """The resultant of forces (K, 3) N whose ``arm`` (K, 3) m is the way to them from the point of reference."""
+        return cls(tuple(force.sum(axis=0).tolist()), tuple(moment(arm, force).tolist()))
 
 
 @dataclass(frozen=True)
@@ -40,6 +67,10 @@ class StepReport:
         slips: grasps that lost the cloth in this step, for they asked for more of it than there is, or had to bear
             more than ``max_grasp_force``.
         empty: grasps that closed in this step and had no vertex within their radius.
+        grasp_wrenches: what the cloth did to each hand, as a mean over the step: at rest the weight that it carries.
+            Torques are about the origin of the pose that the grip has at the end; an empty hand feels nothing.
+        pin_wrench: the same of all pins together, about the world's origin.
+        obstacle_wrenches: what the cloth did to each obstacle, about the origin of the obstacle's frame.
         restrained: vertices that would have torn their threads, and moved with their neighbours instead.
         recovered: the result was not finite, or beyond all bounds, and was replaced by the state before, at rest.
     """
@@ -56,6 +87,9 @@ class StepReport:
     taut: tuple[str, ...] = ()
     slips: tuple[Slip, ...] = ()
     empty: tuple[str, ...] = ()
+    grasp_wrenches: Mapping[str, Wrench] = field(default_factory=dict)
+    pin_wrench: Wrench = Wrench()
+    obstacle_wrenches: Mapping[str, Wrench] = field(default_factory=dict)
     restrained: int = 0
     recovered: bool = False
 

@@ -14,6 +14,7 @@ from ruamel.yaml.error import YAMLError
 from cloth_core.config import SolverConfig
 from cloth_core.errors import InputError, MeshError, SettingError
 from cloth_core.fluids import Fluid
+from cloth_core.gripper import Gripper, check_grippers
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -69,6 +70,8 @@ class Scene:
     material: Material = Material()
     solver: SolverConfig = SolverConfig()
     obstacles: Mapping[str, Obstacle] = field(default_factory=dict)
+    grippers: Mapping[str, Gripper] = field(default_factory=dict)
+    """Pairs of obstacles that hold by friction."""
     inputs: Inputs = Inputs()
     """What acts before anyone says otherwise; its grasps are the declared grippers, open."""
     pins: tuple[str, ...] = ()
@@ -127,6 +130,9 @@ class Scene:
         for part, declared in (("obstacles", read.get("obstacles", {})), ("grasps", read.get("grasps", {}))):
             for unknown in getattr(script, part).keys() - declared.keys():
                 raise SettingError(f"script.{part}.{unknown}", f"the scene declares no such name under {part}")
+        check_grippers(read.get("grippers", {}), read.get("obstacles", {}))
+        for double in read.get("grippers", {}).keys() & read.get("grasps", {}).keys():
+            raise SettingError(f"grippers.{double}", "there is a grasp of that name already")
         inputs = Inputs(
             grasps=read.pop("grasps", {}),
             wind=read.pop("wind", Wind()),
@@ -141,7 +147,7 @@ class Scene:
         Raises:
             MeshError: mesh, material and step, each in its range, cannot be computed together.
         """
-        solver = ClothSolver(self.mesh, self.material, self.solver, obstacles=self.obstacles)
+        solver = ClothSolver(self.mesh, self.material, self.solver, obstacles=self.obstacles, grippers=self.grippers)
         check_stiffness(self.mesh, self.material, self.solver.dt / solver.substeps)
         for group in self.pins:
             solver.pin(self.mesh.group(group))
@@ -248,6 +254,7 @@ READERS: dict[str, Callable[[Any, Path], Any]] = {
     "material": _material,
     "solver": lambda values, _: SolverConfig.from_mapping(values),
     "obstacles": lambda values, folder: _named(values, lambda given: _obstacle(given, folder)),
+    "grippers": lambda values, _: _named(values, Gripper.from_mapping),
     "grasps": lambda values, _: _named(values, _grasp),
     "wind": lambda values, _: Wind.from_mapping(values),
     "fluids": lambda values, _: _named(values, Fluid.from_mapping),

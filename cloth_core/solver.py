@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from cloth_core.arguments import check_arguments, check_parts, check_state, with_plain_arrays
 from cloth_core.config import SolverConfig
 from cloth_core.errors import MeshError
+from cloth_core.gripper import Gripper, check_grippers
 from cloth_core.inputs import Inputs
 from cloth_core.integrators import BY_NAME, Model
 from cloth_core.kernels import springs
@@ -23,13 +23,14 @@ from cloth_core.physics.following import follow
 from cloth_core.physics.grasping import update_grips
 from cloth_core.physics.hands import Hands
 from cloth_core.physics.immersion import regions_of
+from cloth_core.physics.pinching import Fingers, Pinch
 from cloth_core.physics.reach import Reach
 from cloth_core.physics.restraint import Restraint
 from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.physics.ways import Ways
 from cloth_core.pose import Pose
 from cloth_core.rehearsal import kinds, rehearse
-from cloth_core.report import StepReport
+from cloth_core.report import StepReport, Wrench
 from cloth_core.settings import check_kind
 from cloth_core.state import Grip, State, entry
 from cloth_core.substeps import Passes, Substeps
@@ -46,9 +47,10 @@ class ClothSolver:
         material: what it is made of.
         config: how it is computed.
         obstacles: what it collides with, by name.
+        grippers: pairs of obstacles that are fingers, by name.
 
     Raises:
-        SettingError: one of them has a wrong type.
+        SettingError: one of them has a wrong type, or a gripper a finger that there is not.
         MeshError: a vertex has no mass.
     """
 
@@ -59,12 +61,15 @@ class ClothSolver:
         config: SolverConfig | None = None,
         *,
         obstacles: Mapping[str, Obstacle] | None = None,
+        grippers: Mapping[str, Gripper] | None = None,
     ) -> None:
         material = Material() if material is None else material
         config = SolverConfig() if config is None else config
         check_parts(mesh, material, config, {} if obstacles is None else obstacles)
         self.mesh = mesh
         self.obstacles = dict(obstacles or {})
+        check_grippers({} if grippers is None else grippers, self.obstacles)
+        self.grippers = dict(grippers or {})
         self._pinned = np.zeros(0, dtype=np.int32)
         self._ways, self._assembly, self._plans = Ways(mesh), Assembly(mesh), Plans()
         self._equip(material, config)
@@ -82,6 +87,9 @@ class ClothSolver:
         self._model: Model | None = None
         self._flow = np.zeros((self.mesh.vertex_count, 3))
         self._reach = Reach(self.mesh, material.stretch_limit, self._ways)
+        self._fingers = {
+            name: Fingers(gripper, self.obstacles, material.friction, config) for name, gripper in self.grippers.items()
+        }
         self._restraint = Restraint(self.mesh, material, config.max_grasp_force)
 
     def changed(self, *, material: Material | None = None, config: SolverConfig | None = None) -> ClothSolver:
@@ -195,14 +203,20 @@ class ClothSolver:
                 is not finite, beyond ``FARTHEST`` or ``FASTEST`` of :mod:`cloth_core.state`, or not of this cloth
                 and its obstacles.
         """
-        check_arguments(state, inputs, sweeps, self.mesh, self.obstacles, self.substeps)
+        check_arguments(state, inputs, sweeps, self.mesh, self.obstacles, self.substeps, self.grippers)
         state, model = with_plain_arrays(state), self._prepared()
-        grips = update_grips(state.grips, inputs.grasps, state.position, self._pinned)
-        empty = tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip))
-        followed = follow(grips, inputs.grasps, self.config, self._reach, state.position, self._pinned)
-        hands = Hands(followed, inputs.grasps, self.config, self.substeps)
-        held = self._hold(model, followed.grips)
         after = {**state.obstacles, **inputs.obstacles}
+        grips, pinches = self._pinched(state, after)
+        grasps = {**inputs.grasps, **{name: pinch.grasp for name, pinch in pinches.items()}}
+        between = {name: pinch.between for name, pinch in pinches.items()}
+        grips = update_grips(grips, grasps, state.position, self._pinned, between)
+        empty = tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip))
+        followed = follow(grips, grasps, self.config, self._reach, state.position, self._pinned)
+        hands = Hands(followed, grasps, self.config, self.substeps, pinches)
+        held = self._hold(model, followed.grips)
+        model.contacts.give(
+            {finger: pinch.gap for name, pinch in pinches.items() for finger in self._fingers[name].names}
+        )
         teleported = model.contacts.begin_step(state.obstacles, after)
         capped = flow_at(state.position, inputs.wind, state.time, self.config.max_wind_speed, self._flow)
         model.wakes.shelter(state.position, inputs.wind, self._flow)
@@ -210,10 +224,15 @@ class ClothSolver:
         passes = Passes(self.sweeps, sweeps, out_of_time)
         fluids = regions_of(inputs.fluids, self.material)
         motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes, fluids)
-        grips_after, slips = hands.end()
         recovered = not motion.is_sound
         if recovered:
-            motion = replace(motion, position=state.position.copy(), velocity=np.zeros_like(state.velocity), history={})
+            motion = motion.undone(state)
+        reaction = motion.reaction
+        wrenches = hands.wrenches(motion.position, held, reaction)
+        if BY_NAME[self.config.integrator].restrained:
+            hands.bear(wrenches)
+        grips_after, slips = hands.end()
+        pins = np.searchsorted(held, self._pinned)
         self.report = StepReport(
             sweeps=motion.sweeps,
             residual=motion.excess,
@@ -227,6 +246,12 @@ class ClothSolver:
             taut=followed.taut,
             slips=slips,
             empty=empty,
+            grasp_wrenches=wrenches,
+            pin_wrench=Wrench.of(reaction[pins], motion.position[self._pinned]),
+            obstacle_wrenches={
+                name: Wrench(tuple(row[:3]), tuple(row[3:]))
+                for name, row in zip(model.contacts.names, motion.pressure.tolist(), strict=True)
+            },
             restrained=motion.restrained,
             recovered=recovered,
         )
@@ -286,6 +311,15 @@ class ClothSolver:
             self._substeps = Substeps(self._model, integrator, self._restraint, self.substeps)
             self._model.hold(np.zeros(0, np.int32), self._pinned)
         return self._model
+
+    def _pinched(self, state: State, poses: Mapping[str, Pose]) -> tuple[dict[str, Grip], dict[str, Pinch]]:
+        """The grips that there are, and what grippers do whose fingers stand at ``poses``."""
+        grips, pinches = dict(state.grips), {}
+        for name, fingers in self._fingers.items():
+            grip, pinches[name] = fingers.pinch(grips.get(name), state.position, poses)
+            if grip is not None:
+                grips[name] = grip
+        return grips, pinches
 
     def _hold(self, model: Model, grips: Mapping[str, Grip]) -> np.ndarray:
         """Tell the model which vertices are held; returns them, pinned and grasped, sorted."""

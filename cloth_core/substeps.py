@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from cloth_core.kernels.immersion import Regions
 from cloth_core.passivity import Passivity
 from cloth_core.physics.hands import Hands
 from cloth_core.physics.restraint import Restraint
+from cloth_core.reaction import Reactions
 from cloth_core.state import FARTHEST, FASTEST, State
 
 
@@ -47,6 +48,8 @@ class Motion:
         sweeps: passes done, per substep.
         excess: worst excess over the stretch limit in the last pass (a ratio).
         restrained: vertices that would have torn their threads in one of the substeps.
+        reaction: (len(held), 3) N, what each held vertex did to what holds it, as a mean over the step.
+        pressure: (O, 6) N and N m, what the cloth did to each obstacle, likewise.
     """
 
     position: np.ndarray
@@ -55,6 +58,19 @@ class Motion:
     sweeps: tuple[int, ...]
     excess: float
     restrained: int
+    reaction: np.ndarray
+    pressure: np.ndarray
+
+    def undone(self, state: State) -> Motion:
+        """Nothing moved: the cloth is at rest where ``state`` had it, and nothing felt it."""
+        return replace(
+            self,
+            position=state.position.copy(),
+            velocity=np.zeros_like(state.velocity),
+            history={},
+            reaction=np.zeros_like(self.reaction),
+            pressure=np.zeros_like(self.pressure),
+        )
 
     @property
     def is_sound(self) -> bool:
@@ -77,6 +93,7 @@ class Substeps:
     ) -> None:
         self._model, self._integrator, self._restraint, self._count = model, integrator, restraint, count
         self._passivity = Passivity(model, count * model.h)
+        self._reactions = Reactions(model, count * model.h)
 
     def play(
         self,
@@ -102,10 +119,9 @@ class Substeps:
         model, integrator = self._model, self._integrator
         integrator.begin(state.history)
         position, velocity, excess = state.position, state.velocity, 0.0
-        self._passivity.begin(
-            position, velocity, state.history.get("lag", np.zeros_like(velocity)), flow, np.array(gravity),
-            alone=fluids is None,
-        )  # fmt: skip
+        lag, weight = state.history.get("lag", np.zeros_like(velocity)), np.array(gravity)
+        self._passivity.begin(position, velocity, lag, flow, weight, alone=fluids is None)
+        self._reactions.begin(position, velocity + lag, held)
         done: list[int] = []
         restrained = np.zeros(len(position), dtype=bool)
         for number in range(self._count):
@@ -118,22 +134,28 @@ class Substeps:
                 held=held,
                 target=target,
                 flow=flow,
-                gravity=np.array(gravity),
+                gravity=weight,
                 sweeps=allowed,
                 fluids=fluids,
             )
             start = position
             position, velocity, sweeps, excess = integrator.advance(start, velocity, given)
             done.append(sweeps)
+            pull = integrator.pull(position, held) if len(held) else None
+            self._reactions.add(integrator.air_force if model.drag > 0.0 or fluids else None, pull)
             if integrator.restrained:
-                stopped = self._restraint.apply(start, position, velocity, model.h, model.contacts.touched)
-                integrator.restart(stopped)
-                hands.hold_back(stopped, start, position)
-                restrained[stopped] = True
-        if integrator.restrained:
-            own = np.array(gravity) - (velocity - state.velocity) / (self._count * model.h)
-            hands.bear(lambda vertex: integrator.pull(vertex) + model.mass[vertex] @ own[vertex])
+                restrained[self._restrain(start, position, velocity, hands)] = True
         history = integrator.end()
+        after = velocity
         if "lag" in history:
             self._passivity.end(position, velocity, history["lag"], held)
-        return Motion(position, velocity, history, tuple(done), excess, int(restrained.sum()))
+            after = velocity + history["lag"]
+        felt = self._reactions.end(position, after, weight)
+        return Motion(position, velocity, history, tuple(done), excess, int(restrained.sum()), *felt)
+
+    def _restrain(self, start: np.ndarray, end: np.ndarray, velocity: np.ndarray, hands: Hands) -> np.ndarray:
+        """Hold back what the way from ``start`` to ``end`` (V, 3) m would tear; returns the vertices stopped."""
+        stopped = self._restraint.apply(start, end, velocity, self._model.h, self._model.contacts.touched)
+        self._integrator.restart(stopped)
+        hands.hold_back(stopped, start, end)
+        return stopped

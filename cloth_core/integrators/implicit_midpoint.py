@@ -58,7 +58,7 @@ class ImplicitMidpoint:
         self._every = _longest_run(substeps, model.h)
         self._bending = self._bending_for(self._every * model.h) if model.bends else None
         shape = model.mesh.rest_position.shape
-        self._force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
+        self.air_force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
         self._no_bending = np.zeros(shape)
         self._most_lag = RESOLVED / model.h * _shortest_thread(model.mesh)
 
@@ -84,14 +84,17 @@ class ImplicitMidpoint:
         """Forget how these vertices were accelerated: something else has stopped them."""
         self._lag[vertex] = 0.0
 
-    def pull(self, vertex: np.ndarray) -> np.ndarray:
-        """(3,) N, what the stretched cloth pulled these held vertices with in the last substep, all together.
+    def pull(self, position: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """(len(held), 3) N, what the cloth pulled the ``held`` vertices with in the substep that ended at ``position``.
 
-        It is what the rows of the system that stand for them leave over: the forces at the middle of the substep.
+        Of stretching it is what the rows of the system that stand for them leave over: the forces at its middle.
         """
-        scale = 0.25 * self.model.h * self.model.h
-        stiffened = (1.0 + self._viscosity) * (self.model.stretch[vertex] @ self._change)
-        return (self._right_side[vertex] / scale - stiffened).sum(axis=0)
+        model, scale = self.model, 0.25 * self.model.h * self.model.h
+        force = self._right_side[held] / scale
+        model.add_rows(model.stretch, held, self._change, -(1.0 + self._viscosity), force)
+        if model.bends:
+            model.add_rows(model.bending, held, position, -1.0, force)
+        return force
 
     def advance(
         self, position: np.ndarray, velocity: np.ndarray, substep: Substep
@@ -126,14 +129,14 @@ class ImplicitMidpoint:
         """
         model, inertial, middle = self.model, self._inertial, np.empty_like(position)
         bending = self._no_bending if self._bending is None else self._bending.acceleration
-        self._force[:] = 0.0
+        self.air_force[:] = 0.0
         if model.drag > 0.0 or substep.fluids is not None:
             surface.add_relative_drag(
-                velocity, substep.flow, *model.exposed(position, velocity, substep, self._force), model.drag,
-                model.mass, substep.h, self._force,
+                velocity, substep.flow, *model.exposed(position, velocity, substep, self.air_force), model.drag,
+                model.mass, substep.h, self.air_force,
             )  # fmt: skip
         midpoint.predict(
-            position, velocity, self._lag, self._force, model.mass, bending, substep.gravity, substep.h, inertial
+            position, velocity, self._lag, self.air_force, model.mass, bending, substep.gravity, substep.h, inertial
         )
         inertial[substep.held] = 0.5 * (position[substep.held] + substep.target)
         middle[:] = inertial

@@ -28,8 +28,10 @@ class Meyer2000:
         self.model = model
         # Bending viscosity has a constant matrix too: inside W it is stable whatever its size.
         viscous_bending = (1.0 + model.material.bend_damping / model.h) * model.bending
-        self.filter = model.filter_by(model.stretch + viscous_bending, model.h * model.h)
-        self._force = np.empty_like(model.mesh.rest_position)
+        self._stiffness = (model.stretch + viscous_bending).tocsr()
+        self.filter = model.filter_by(self._stiffness, model.h * model.h)
+        shape = model.mesh.rest_position.shape
+        self._force, self.air_force, self._change = np.empty(shape), np.zeros(shape), np.empty(shape)
 
     @staticmethod
     def substeps(config: SolverConfig) -> int:
@@ -43,6 +45,15 @@ class Meyer2000:
     def end(self) -> dict[str, np.ndarray]:
         """Nothing."""
         return {}
+
+    def pull(self, position: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """(len(held), 3) N, what the cloth pulled the ``held`` vertices with.
+
+        It is what the rows of the system that stand for them leave over.
+        """
+        force = self._force[held]
+        self.model.add_rows(self._stiffness, held, self._change, -self.model.h, force)
+        return force
 
     def advance(
         self, position: np.ndarray, velocity: np.ndarray, substep: Substep
@@ -81,7 +92,8 @@ class Meyer2000:
         self, force: np.ndarray, position: np.ndarray, velocity: np.ndarray, substep: Substep
     ) -> np.ndarray:
         """v + W F dt, with held vertices at the velocity that takes them to their targets, (V, 3) m/s."""
-        change = np.zeros_like(velocity)
+        change = self._change
+        change[:] = 0.0
         change[substep.held] = (substep.target - position[substep.held]) / substep.h - velocity[substep.held]
         self.filter.solve(force * substep.h, change)
         return velocity + change
@@ -89,7 +101,7 @@ class Meyer2000:
     def secondary_forces(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> np.ndarray:
         """Wind, from the flow alone as in section 4.1, and fluids, (V, 3) N."""
         model = self.model
-        self._force[:] = 0.0
-        exposed = model.exposed(position, velocity, substep, self._force)
-        surface.add_drag_of_flow(substep.flow, *exposed, model.drag, self._force)
-        return self._force
+        self.air_force[:] = 0.0
+        exposed = model.exposed(position, velocity, substep, self.air_force)
+        surface.add_drag_of_flow(substep.flow, *exposed, model.drag, self.air_force)
+        return self.air_force

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from cloth_core.config import SolverConfig
-from cloth_core.kernels import midpoint, surface
+from cloth_core.kernels import midpoint, reaction, surface
 from cloth_core.kernels.immersion import Regions
 from cloth_core.linear import Assembly, ImplicitFilter, Plans
 from cloth_core.material import Material
@@ -114,6 +114,11 @@ class Model:
             held_filter.hold(grasped)
         self.limit.hold(held)
         self.contacts.hold(held)
+
+    @staticmethod
+    def add_rows(matrix: csr_matrix, rows: np.ndarray, x: np.ndarray, factor: float, total: np.ndarray) -> None:
+        """Add ``factor`` times the ``rows`` (K,) of a ``matrix`` (V, V) times ``x`` (V, 3) to ``total`` (K, 3)."""
+        reaction.add_rows(matrix.indptr, matrix.indices, matrix.data, rows, x, factor, total)
 
     def exposed(
         self, position: np.ndarray, velocity: np.ndarray, substep: Substep, force: np.ndarray

@@ -43,6 +43,8 @@ class Points(NamedTuple):
     """(P,) m, what friction took back so far."""
     normal: np.ndarray
     """(P, 3) of the last push, in the world."""
+    shift: np.ndarray
+    """(P, 3) m, by which pushes, friction and impact have moved the point so far."""
 
 
 @inlined_kernel
@@ -66,6 +68,14 @@ def move(position, corners, corner, weight, yields, p, inverse_mass, x, y, z):
         position[v, 0] += share * x
         position[v, 1] += share * y
         position[v, 2] += share * z
+
+
+@inlined_kernel
+def add(vectors, p, x, y, z):
+    """Add x, y and z to the first three numbers of row ``p``."""
+    vectors[p, 0] += x
+    vectors[p, 1] += y
+    vectors[p, 2] += z
 
 
 @inlined_kernel
@@ -99,7 +109,7 @@ def push_out(position, bodies: Bodies, points: Points, count, inverse_mass, shel
     """
     corners, corner, weight, yields = points.corners, points.corner, points.weight, points.yields
     body, depth, plane, left = points.body, points.depth, points.plane, points.left
-    pushed, normal = points.pushed, points.normal
+    pushed, normal, shift = points.pushed, points.normal, points.shift
     kind, size, rotation, origin = bodies.kind, bodies.size, bodies.rotation, bodies.origin
     most = 0.0
     for p in range(count):
@@ -113,6 +123,7 @@ def push_out(position, bodies: Bodies, points: Points, count, inverse_mass, shel
             normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
             move(position, corners, corner, weight, yields, p, inverse_mass, way * nx, way * ny, way * nz)
             pushed[p] += way
+            add(shift, p, way * nx, way * ny, way * nz)
             most = max(most, way)
     return most
 
@@ -126,6 +137,7 @@ def apply_friction(start, position, bodies: Bodies, points: Points, count, inver
     """
     corners, corner, weight, yields = points.corners, points.corner, points.weight, points.yields
     body, left, pushed, spent, normal = points.body, points.left, points.pushed, points.spent, points.normal
+    shift = points.shift
     origin, origin_before, turn, friction = bodies.origin, bodies.origin_before, bodies.turn, bodies.friction
     for p in range(count):
         x, y, z = where(position, corners, corner, weight, p)
@@ -146,6 +158,7 @@ def apply_friction(start, position, bodies: Bodies, points: Points, count, inver
                 share = taken / way
                 spent[p] += taken
                 move(position, corners, corner, weight, yields, p, inverse_mass, -share * wx, -share * wy, -share * wz)
+                add(shift, p, -share * wx, -share * wy, -share * wz)
                 x, y, z = where(position, corners, corner, weight, p)
         left[p, 0], left[p, 1], left[p, 2] = x, y, z
 
@@ -160,7 +173,7 @@ def contact_velocity(
     away. Impacts slower than ``rest_speed`` m/s do not bounce.
     """
     corners, corner, weight, yields = points.corners, points.corner, points.weight, points.yields
-    body, pushed, normal = points.body, points.pushed, points.normal
+    body, pushed, normal, shift = points.body, points.pushed, points.normal, points.shift
     origin, origin_before, turn = bodies.origin, bodies.origin_before, bodies.turn
     for p in range(count):
         if pushed[p] <= 0.0:
@@ -177,3 +190,46 @@ def contact_velocity(
         wanted = -restitution * before if before < -rest_speed else 0.0
         change = wanted - now
         move(velocity, corners, corner, weight, yields, p, inverse_mass, change * nx, change * ny, change * nz)
+        add(shift, p, h * change * nx, h * change * ny, h * change * nz)
+
+
+@kernel
+def add_impulses(position, h, bodies: Bodies, points: Points, count, inverse_mass, component, pressed, press):
+    """Add the impulses of a substep of ``h`` s: upon vertices to ``pressed`` (V, 3) N s, upon obstacles to ``press``.
+
+    ``press`` (O, C, 19) is by obstacle and by ``component`` (V,) of the cloth: impulse, N s, and its moment, N m s;
+    then the sum of all sizes of impulses, and its moments of first and second order, N s m and N s m^2. All moments are
+    about the origin of the obstacle's frame. What moved a point moved its free corners alone, but it was pressed upon
+    all of them: the share of a held one goes to what holds it.
+    """
+    corners, corner, weight, yields = points.corners, points.corner, points.weight, points.yields
+    body, pushed, shift, origin = points.body, points.pushed, points.shift, bodies.origin
+    for p in range(count):
+        if pushed[p] <= 0.0:
+            continue
+        v = corner[p, 0]
+        given = 1.0 / (h * (inverse_mass[v] if corners[p] == 1 else yields[p]))
+        fx, fy, fz = given * shift[p, 0], given * shift[p, 1], given * shift[p, 2]
+        for n in range(corners[p]):
+            share = 1.0 if corners[p] == 1 else weight[p, n]
+            add(pressed, corner[p, n], share * fx, share * fy, share * fz)
+        x, y, z = where(position, corners, corner, weight, p)
+        o = body[p]
+        add_press(press[o, component[v]], x - origin[o, 0], y - origin[o, 1], z - origin[o, 2], -fx, -fy, -fz)
+
+
+@kernel
+def add_press(total, x, y, z, fx, fy, fz):
+    """Add a force, its moment, its size, and the moments of its size to the ``total`` (19,) of those before."""
+    size = math.sqrt(fx * fx + fy * fy + fz * fz)
+    total[0] += fx
+    total[1] += fy
+    total[2] += fz
+    total[3] += y * fz - z * fy
+    total[4] += z * fx - x * fz
+    total[5] += x * fy - y * fx
+    total[6] += size
+    for a, r in enumerate((x, y, z)):
+        total[7 + a] += size * r
+        for b, s in enumerate((x, y, z)):
+            total[10 + 3 * a + b] += size * r * s

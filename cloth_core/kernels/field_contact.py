@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cloth_core.kernels import kernel
 from cloth_core.kernels.bodies import Bodies, into_frame, out_of_frame
-from cloth_core.kernels.contact import LEAST_PUSH, Points, is_at, move, where
+from cloth_core.kernels.contact import LEAST_PUSH, Points, add, is_at, move, where
 from cloth_core.kernels.fields import field_distance
 
 SEEN = 0.02
@@ -24,7 +24,7 @@ def push_out_of_fields(
     """
     corners, corner, weight, yields = points.corners, points.corner, points.weight, points.yields
     body, depth, wall, left = points.body, points.depth, points.plane, points.left
-    pushed, normal = points.pushed, points.normal
+    pushed, normal, shift = points.pushed, points.normal, points.shift
     rotation, origin = bodies.rotation, bodies.origin
     most, little = 0.0, (SEEN * shell) ** 2
     for p in range(begin, end):
@@ -51,5 +51,6 @@ def push_out_of_fields(
             normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
             move(position, corners, corner, weight, yields, p, inverse_mass, way * nx, way * ny, way * nz)
             pushed[p] += way
+            add(shift, p, way * nx, way * ny, way * nz)
             most = max(most, way)
     return most

@@ -24,6 +24,10 @@ ROUND = 0.5
 SWIFT = 0.5
 """Of the radius inside an obstacle: what moves less in a substep ends on the side that it came from."""
 
+BETWEEN = 0.1
+"""Of the shell, by which fingers that squeeze may come nearer than half their gap: a point of an edge that is held at
+one end would fling the other about."""
+
 
 class Contacts(HeldMasses):
     """The obstacles of a scene as arrays, and the points of the cloth that touch them in the substep at hand.
@@ -86,11 +90,28 @@ class Contacts(HeldMasses):
         vertices = mesh.vertex_count
         self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
         self._points, self._count, self._of_shapes = _room(2 * vertices if count else 0), 0, 0
+        self._component, self._give = mesh.component, np.zeros(count)
+        self.pressed = np.zeros((vertices, 3))
+        """N s, what obstacles did to each vertex since :meth:`begin_step`."""
+        self.press = np.zeros((count, mesh.component.max() + 1, 19))
+        """What the cloth did to the obstacles since then, see :func:`~cloth_core.kernels.contact.add_impulses`."""
 
     def hold(self, held: np.ndarray) -> None:
         """From now on these vertices go where they are taken, whatever is there."""
         super().hold(held)
         self._free = self._inverse_mass > 0.0
+
+    def give(self, gaps: Mapping[str, float]) -> None:
+        """Let the cloth come as close to these obstacles in this step as half a gap (m) allows, by name.
+
+        What two of them squeeze cannot keep the whole shell from both.
+        """
+        self._give[:] = 0.0
+        for name, gap in gaps.items():
+            squeezed = self._config.contact_shell - 0.5 * gap
+            self._give[self.names.index(name)] = (
+                squeezed + BETWEEN * self._config.contact_shell if squeezed > 0 else 0.0
+            )
 
     def begin_step(self, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> list[str]:
         """Set the way of every obstacle for the coming step; returns the names of those too fast to follow.
@@ -116,6 +137,7 @@ class Contacts(HeldMasses):
         self._bodies.travel[:] = 0.0
         self.fields.begin_step()
         self._count = 0
+        self.pressed[:] = self.press[:] = 0.0
         return teleported
 
     def _place(self, number: int, pose: Pose) -> None:
@@ -173,8 +195,17 @@ class Contacts(HeldMasses):
                 start, predicted, sheet, self._bodies, recover, self._points, self._of_shapes, room
             )
             if self._count <= len(self._points.body):
+                self._points.shift[: self._count] = 0.0
+                if self._give.any():
+                    depth, body = self._points.depth[: self._count], self._points.body[: self._count]
+                    np.maximum(depth, self._give[body], out=depth)
                 return
             self._points = _room(2 * self._count)
+
+    @property
+    def origins(self) -> np.ndarray:
+        """(O, 3) m, where the frames of the obstacles stand."""
+        return self._bodies.origin
 
     @property
     def touching(self) -> int:
@@ -213,11 +244,18 @@ class Contacts(HeldMasses):
     def settle_velocity(
         self, velocity: np.ndarray, before: np.ndarray, position: np.ndarray, h: float, rest_speed: float
     ) -> None:
-        """Give touched points the surface's normal velocity, or bounce them; ``velocity`` (V, 3) in place."""
+        """Give touched points the surface's normal velocity, or bounce them; ``velocity`` (V, 3) in place.
+
+        With that the substep has done to them all it does, and their impulses are added up.
+        """
         if self._count:
             kernels.contact_velocity(
                 velocity, before, position, h, self._bodies, self._points, self._count, self._inverse_mass,
                 self._restitution, rest_speed,
+            )  # fmt: skip
+            kernels.add_impulses(
+                position, h, self._bodies, self._points, self._count, self._inverse_mass, self._component,
+                self.pressed, self.press,
             )  # fmt: skip
 
 
@@ -243,4 +281,5 @@ def _room(count: int) -> Points:
         pushed=np.zeros(count),
         spent=np.zeros(count),
         normal=np.zeros((count, 3)),
+        shift=np.zeros((count, 3)),
     )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,9 +16,15 @@ from cloth_core.state import Grip
 
 
 def update_grips(
-    grips: Mapping[str, Grip], grasps: Mapping[str, Grasp], position: np.ndarray, pinned: np.ndarray
+    grips: Mapping[str, Grip],
+    grasps: Mapping[str, Grasp],
+    position: np.ndarray,
+    pinned: np.ndarray,
+    between: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> dict[str, Grip]:
     """Close and open grippers: capture, keep or release vertices. Poses are not moved here.
+
+    Those named in ``between`` capture the vertices (V,) that are so marked, and those that come between them later.
 
     A gripper captures the vertices of ``position`` (V, 3) within its radius that are neither ``pinned`` nor
     held by another; where two close at once, the first by name has them. Without its grasp a grip is gone.
@@ -34,12 +42,24 @@ def update_grips(
             grip = Grip(grip.pose)
         elif not grip.closed and grasp.closure >= grasp.close_at:
             # Capture where the hand is now, not where the speed limit let us follow it to.
-            near = np.linalg.norm(position - grasp.pose.position, axis=1) <= grasp.radius
-            vertex = np.flatnonzero(near & ~taken).astype(np.int32)
-            taken[vertex] = True
-            grip = Grip(grasp.pose, True, vertex, grasp.pose.inverse_apply(position[vertex]))
+            apart = np.linalg.norm(position - grasp.pose.position, axis=1)
+            grip = _with_more(Grip(grasp.pose, True), between.get(name, apart <= grasp.radius), taken, position)
+        elif name in between and len(grip.vertex):
+            grip = _with_more(grip, between[name], taken, position)
         updated[name] = grip
     return updated
+
+
+def _with_more(grip: Grip, near: np.ndarray, taken: np.ndarray, position: np.ndarray) -> Grip:
+    """The grip with all that is ``near`` (V,) it and not ``taken`` (V,) yet; it is then."""
+    vertex = np.flatnonzero(near & ~taken).astype(np.int32)
+    if len(vertex) == 0:
+        return grip
+    taken[vertex] = True
+    offset = np.concatenate([grip.offset, grip.pose.inverse_apply(position[vertex])])
+    vertex = np.concatenate([grip.vertex, vertex])
+    order = np.argsort(vertex)
+    return replace(grip, vertex=vertex[order], offset=np.ascontiguousarray(offset[order]))
 
 
 def followed_pose(grip: Grip, grasp: Grasp, config: SolverConfig) -> Pose:

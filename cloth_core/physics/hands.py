@@ -2,14 +2,12 @@
 
 A hand that carries or pulls with more than ``max_grasp_force`` loses the cloth, too. What counts is the mean of the
 last :data:`LOAD_TIME`, for the grip follows its hand at once, and a jerk would ask for any force at all in a substep.
-Forces are those of weight, inertia and stretching, and of threads at their limit as far as W carries them: what sweeps
-lift is not felt, up to a tenth of a heavy cloth that hangs at its limit by a corner.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -18,8 +16,9 @@ from cloth_core.config import SolverConfig
 from cloth_core.inputs import Grasp
 from cloth_core.physics.following import Followed
 from cloth_core.physics.grasping import toward
+from cloth_core.physics.pinching import Pinch
 from cloth_core.pose import Pose
-from cloth_core.report import Slip
+from cloth_core.report import Slip, Wrench
 from cloth_core.state import Grip
 
 STUCK = 0.1
@@ -38,9 +37,18 @@ class Hands:
         grasps: the hands, by the same names.
         config: has the speed limits.
         substeps: in the step.
+        pinches: those of the hands that are fingers, which hold by friction.
     """
 
-    def __init__(self, followed: Followed, grasps: Mapping[str, Grasp], config: SolverConfig, substeps: int) -> None:
+    def __init__(
+        self,
+        followed: Followed,
+        grasps: Mapping[str, Grasp],
+        config: SolverConfig,
+        substeps: int,
+        pinches: Mapping[str, Pinch] | None = None,
+    ) -> None:
+        self._pinches = pinches or {}
         self._followed, self._grasps, self._config, self._substeps = followed, grasps, config, substeps
         self._holding = {name: grip for name, grip in followed.grips.items() if len(grip.vertex)}
         self._pose = {name: grip.pose for name, grip in self._holding.items()}
@@ -74,15 +82,22 @@ class Hands:
             if vertex in restrained:
                 self._pose[name] = self._before[name].shifted(end[vertex] - start[vertex])
 
-    def bear(self, load: Callable[[np.ndarray], np.ndarray]) -> None:
-        """Hear what the cloth did to the hands in this step.
+    def wrenches(self, position: np.ndarray, held: np.ndarray, reaction: np.ndarray) -> dict[str, Wrench]:
+        """What the ``reaction`` (len(held), 3) N of the ``held`` vertices amounts to, by name of the grasp.
 
-        ``load`` tells for the vertices of a grip the force (3,) N that it had to bear: the pull of the cloth on them,
-        their own weight and inertia.
+        Moments are about the origin of the pose followed so far; ``position`` is (V, 3) m.
         """
+        felt = dict.fromkeys(self._followed.grips, Wrench())
+        for name, grip in self._holding.items():
+            own = reaction[np.searchsorted(held, grip.vertex)]
+            felt[name] = Wrench.of(own, position[grip.vertex] - self._pose[name].position)
+        return felt
+
+    def bear(self, wrenches: Mapping[str, Wrench]) -> None:
+        """Hear what the cloth did to the hands in this step, by name."""
         share = -math.expm1(-self._config.dt / LOAD_TIME)
         for name, grip in self._holding.items():
-            now = load(grip.vertex)
+            now = np.array(wrenches[name].force)
             if np.isfinite(now).all():
                 before = np.array(grip.load)
                 self._load[name] = tuple((before + share * (now - before)).tolist())
@@ -92,7 +107,7 @@ class Hands:
 
         Beside those that asked for more cloth than there is, a grip slips that hardly came on, while its hand is more
         than ``slip_distance`` away: the cloth hangs on something else than hands and pins. So does one that has had to
-        bear more than ``max_grasp_force``.
+        bear more than ``max_grasp_force``; fingers, along themselves, more than their friction.
         """
         grips = {
             name: replace(grip, pose=self._end_of(name), load=self._load.get(name, grip.load))
@@ -106,8 +121,12 @@ class Hands:
     def _slip(self, name: str) -> Slip | None:
         if self._is_stuck(name):
             return Slip(name, beyond=_between(self._pose[name], self._grasps[name].pose))
-        load = math.hypot(*self._load[name])
-        return Slip(name, load=load) if load > self._config.max_grasp_force else None
+        load, strongest = np.array(self._load[name]), self._config.max_grasp_force
+        if name in self._pinches:
+            pinch = self._pinches[name]
+            load, strongest = load - (load @ pinch.across) * pinch.across, pinch.strongest
+        size = math.hypot(*load)
+        return Slip(name, load=size) if size > strongest else None
 
     def _end_of(self, name: str) -> Pose:
         return self._pose.get(name) or self._followed.poses[name]

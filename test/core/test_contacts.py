@@ -166,6 +166,24 @@ def test_friction_of_an_obstacle_overrules_that_of_the_cloth(integrator):
         assert (np.abs(state.position - start.position).max() > 0.05) == slides
 
 
+@pytest.mark.parametrize("speed", [20.0, 100.0])
+def test_a_ball_that_spins_under_a_cloth_tears_nothing(speed):
+    """The first seconds of benchmarks/spin.py."""
+    mesh = ClothMesh.grid(width=0.8, height=0.8, columns=16, rows=16)
+    ball = Sphere(radius=0.25, center=(0.0, 0.0, 0.3))
+    config = SolverConfig(max_obstacle_speed=60.0)
+    solver = ClothSolver(mesh, Material(friction=0.5), config, obstacles={"ball": ball, "floor": Plane()})
+    state, fastest = solver.initial_state(Pose((0.0, 0.0, 0.56))), 0.0
+    for n in range(250):
+        angle = speed * 0.02 * n * min(1.0, 0.02 * n)
+        turn = Pose(ball.center, (0.0, 0.0, math.sin(0.5 * angle), math.cos(0.5 * angle)))
+        state = solver.step(state, Inputs(obstacles={"ball": turn}))
+        fastest = max(fastest, np.abs(state.velocity).max())
+        assert solver.report.max_stretch < 1.03 + 0.05 and not solver.report.recovered
+        assert solver.report.teleported == ()
+    assert fastest > 1.0  # it was taken along
+
+
 def test_a_cloth_between_two_obstacles_keeps_out_of_both():
     mesh = ClothMesh.grid(width=0.5, height=0.3, columns=16, rows=10)
     balls = {

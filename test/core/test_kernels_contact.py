@@ -151,6 +151,7 @@ def points_on(random: np.random.Generator, vertices: int, count: int, body: np.n
         "pushed": np.zeros(count),
         "spent": np.zeros(count),
         "normal": np.zeros((count, 3)),
+        "shift": np.zeros((count, 3)),
     }
     return contact.Points(corners=corners, corner=corner, weight=weight, yields=yields, body=body, **room)
 
@@ -292,6 +293,7 @@ def test_a_plane_that_was_touched_first_counts_whatever_is_behind_it():
         corners=np.ones(1, np.int8), corner=np.zeros((1, 3), np.uint32), weight=np.ones((1, 3)), yields=np.ones(1),
         body=np.zeros(1, np.int32), depth=np.zeros(1), plane=np.array([[0.0, 0.0, 1.0, 0.1]]),
         left=np.full((1, 3), np.nan), pushed=np.zeros(1), spent=np.zeros(1), normal=np.zeros((1, 3)),
+        shift=np.zeros((1, 3)),
     )  # fmt: skip
     x = origin + np.array([[0.02, 0.03, -0.5]]) @ rotation[0].T  # far behind the sphere
     assert contact.push_out(x, found, points, 1, np.ones(1), 0.01) == pytest.approx(0.61)
@@ -351,3 +353,37 @@ def test_impact_gives_back_its_share_of_the_approach(seed, restitution):
         expected = moved(expected, points, p, yielding, wanted - now)
     contact.contact_velocity(velocity, earlier, x, h, found, points, 9, yielding, restitution, rest_speed)
     np.testing.assert_allclose(velocity, expected, atol=1e-10)
+
+
+@given(SEEDS)
+def test_impulses_of_contacts_are_what_they_gave_to_the_vertices(seed):
+    random, start, x, yielding, found, points = touching(seed)
+    points.pushed[:] = 0.0
+    h, pushed, velocity = 0.02, x.copy(), random.normal(0, 2, (12, 3))
+    settled = velocity.copy()
+    contact.push_out(pushed, found, points, 9, yielding, 0.5)
+    contact.apply_friction(start, pushed, found, points, 9, yielding)
+    contact.contact_velocity(settled, velocity, pushed, h, found, points, 9, yielding, 0.5, 0.1)
+    component, pressed, press = np.arange(12) % 2, np.zeros((12, 3)), np.zeros((2, 2, 19))
+    contact.add_impulses(pushed, h, found, points, 9, yielding, component, pressed, press)
+    given_to = ((pushed - x) / h + settled - velocity) / yielding[:, None]
+    np.testing.assert_allclose(pressed, given_to, atol=1e-8)
+    np.testing.assert_allclose(press[:, :, :3].sum(axis=(0, 1)), -pressed.sum(axis=0), atol=1e-8)
+    for o in range(2):
+        for part in range(2):
+            of = np.flatnonzero((points.body == o) & (points.pushed > 0) & (points.corner[:, 0] % 2 == part))
+            arm = whereabouts(pushed, points)[of] - found.origin[o]
+            force = -points.shift[of] / (
+                h * np.where(points.corners == 1, yielding[points.corner[:, 0]], points.yields)[of, None]
+            )
+            size = np.linalg.norm(force, axis=1)
+            expected = np.concatenate(
+                [
+                    force.sum(axis=0),
+                    np.cross(arm, force).sum(axis=0),
+                    [size.sum()],
+                    size @ arm,
+                    np.einsum("p,pa,pb->ab", size, arm, arm).ravel(),
+                ]
+            )
+            np.testing.assert_allclose(press[o, part], expected, atol=1e-7)

@@ -80,6 +80,13 @@ def test_the_tablecloth_leaves_the_table_and_stays_in_hand():
     assert all(len(grip.vertex) > 0 for grip in played.states[-1].grips.values())
 
 
+def test_the_gripper_holds_the_cloth_up_off_the_table():
+    (played,) = play_rounds("gripper")
+    end = played.states[-1]
+    assert end.position[:, 1].max() < -0.3  # the table's near edge
+    assert end.position[:, 2].max() > 0.85 and len(end.grips["gripper"].vertex) > 0
+
+
 def test_the_draped_ball_takes_the_cloth_along():
     states = play_rounds("drape")[0].states
     top = int(np.argmin(np.linalg.norm(states[4].position - [0.1, 0.0, 0.58], axis=1)))
