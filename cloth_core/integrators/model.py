@@ -18,6 +18,7 @@ from cloth_core.obstacles import Obstacle
 from cloth_core.physics.contacts import Contacts
 from cloth_core.physics.membrane import Membrane
 from cloth_core.physics.momentum import MomentumBalance
+from cloth_core.physics.self_contacts import SelfContacts
 from cloth_core.physics.springs import Springs
 from cloth_core.physics.stretch_limit import StretchLimit
 from cloth_core.physics.thread_limit import ThreadLimit
@@ -77,6 +78,7 @@ class Model:
         self.sheet = (Membrane if woven else Springs)(mesh, material)
         self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
+        self.self_contacts = SelfContacts(mesh, material, config, self.mass) if config.self_collision else None
         self.drag = 0.5 * config.air_density * material.drag
         self.free = np.ones(mesh.vertex_count, dtype=np.bool_)
         self._area_vector = np.empty((mesh.vertex_count, 3))
@@ -107,6 +109,8 @@ class Model:
         for held_filter in self._filters:
             held_filter.hold(grasped)
         self.limit.hold(held)
+        if self.self_contacts is not None:
+            self.self_contacts.hold(held)
         self.free[:] = True
         self.free[held] = False
 
@@ -133,15 +137,22 @@ class Model:
             Sweeps done, and the worst excess over the stretch limit met in the last one (a ratio).
         """
         self.contacts.find(start, position, substep.h, self.free)
+        layers = self.self_contacts
+        if layers is not None:
+            layers.find(start, position, substep.h, substep.number)
         sweep, excess = 0, 0.0
         while sweep < substep.sweeps:
             excess = self.limit.sweep(position, sweep)
             pushed = self.contacts.push_out(position)
             self.contacts.apply_friction(start, position)
+            if layers is not None:
+                pushed = max(pushed, layers.sweep(start, position, sweep))
             sweep += 1
             enough = max(tolerated, NEGLIGIBLE_EXCESS) if sweep >= usual else NEGLIGIBLE_EXCESS
             if excess <= enough and pushed < NEGLIGIBLE_PUSH:
                 break
+        if layers is not None:
+            layers.keep_apart(start, position)
         return sweep, excess
 
     def settle(self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep) -> np.ndarray:
@@ -152,4 +163,6 @@ class Model:
         settled[substep.held] = (position[substep.held] - start[substep.held]) / substep.h
         rest_speed = 3.0 * substep.h * float(np.linalg.norm(substep.gravity))
         self.contacts.settle_velocity(settled, velocity, position, substep.h, rest_speed)
+        if self.self_contacts is not None:
+            self.self_contacts.settle_velocity(settled)
         return settled

@@ -55,6 +55,11 @@ def lane_kernel(function: _Function) -> _Function:
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"})
 
 
+def inline_kernel(function: _Function) -> _Function:
+    """As :func:`kernel`, but becomes part of its callers: a call that stays one counts references to its arrays."""
+    return _compiled(function, fastmath=False, inline="always")
+
+
 def shared_kernel(function: _Function) -> _Function:
     """As :func:`kernel`, but threads share the turns of its ``prange`` loops, where they can.
 

@@ -1,0 +1,210 @@
+"""What would pass through in a substep: the moment of a crossing on straight ways, and what moves as one instead."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cloth_core.kernels import inline_kernel, kernel
+from cloth_core.kernels.closest import closest_weights, separation, toward
+from cloth_core.kernels.narrow import height, note
+from cloth_core.kernels.parting import leaf_gap
+from cloth_core.kernels.weld import root_of
+
+MISS = 1e-6
+"""By how much two features may miss each other and still count as meeting, as a share of their distance to the third."""
+HALVINGS = 60
+
+
+@inline_kernel
+def volume(start, end, p, q, r, s, t):
+    """Six times the volume of four vertices at the share ``t`` of their way, m^3."""
+    ux = start[q, 0] - start[p, 0] + t * (end[q, 0] - start[q, 0] - end[p, 0] + start[p, 0])
+    uy = start[q, 1] - start[p, 1] + t * (end[q, 1] - start[q, 1] - end[p, 1] + start[p, 1])
+    uz = start[q, 2] - start[p, 2] + t * (end[q, 2] - start[q, 2] - end[p, 2] + start[p, 2])
+    vx = start[r, 0] - start[p, 0] + t * (end[r, 0] - start[r, 0] - end[p, 0] + start[p, 0])
+    vy = start[r, 1] - start[p, 1] + t * (end[r, 1] - start[r, 1] - end[p, 1] + start[p, 1])
+    vz = start[r, 2] - start[p, 2] + t * (end[r, 2] - start[r, 2] - end[p, 2] + start[p, 2])
+    wx = start[s, 0] - start[p, 0] + t * (end[s, 0] - start[s, 0] - end[p, 0] + start[p, 0])
+    wy = start[s, 1] - start[p, 1] + t * (end[s, 1] - start[s, 1] - end[p, 1] + start[p, 1])
+    wz = start[s, 2] - start[p, 2] + t * (end[s, 2] - start[s, 2] - end[p, 2] + start[p, 2])
+    return ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)
+
+
+@kernel
+def turning_points(a, b, c, d):
+    """Where a cubic with the values ``a``, ``b``, ``c``, ``d`` at 0, 1/3, 2/3 and 1 turns within that; 1 if it does not."""
+    k3 = 4.5 * (d - 3.0 * c + 3.0 * b - a)
+    k2 = 4.5 * (2.0 * a - 5.0 * b + 4.0 * c - d)
+    k1 = 0.5 * (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d)
+    root = k2 * k2 - 3.0 * k3 * k1
+    if root < 0.0:
+        return 1.0, 1.0
+    far = -(k2 + math.copysign(math.sqrt(root), k2))
+    first = far / (3.0 * k3) if k3 != 0.0 else 1.0
+    second = k1 / far if far != 0.0 else 1.0
+    if not 0.0 < first < 1.0:
+        first = 1.0
+    if not 0.0 < second < 1.0:
+        second = 1.0
+    return min(first, second), max(first, second)
+
+
+@kernel
+def flat_moment(start, end, p, q, r, s, low, high):
+    """When between the shares ``low`` and ``high`` of their way four vertices lie in a plane; -1 if never.
+
+    The volume must be monotone in between.
+    """
+    first, last = volume(start, end, p, q, r, s, low), volume(start, end, p, q, r, s, high)
+    if first == 0.0:
+        return low
+    if (first > 0.0) == (last > 0.0) and last != 0.0:
+        return -1.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if (volume(start, end, p, q, r, s, middle) > 0.0) == (first > 0.0):
+            low = middle
+        else:
+            high = middle
+        if high - low < 1e-12:
+            break
+    return high
+
+
+@kernel
+def meeting(start, end, p, q, r, s, edges, place):
+    """The share of their way at which the two features of a pair meet first; -1 if they do not.
+
+    The vertices lie in a plane then (Bridson, Fedkiw and Anderson 2002): a cubic equation. ``place`` (V, 3) m of the four
+    is left as it is at that moment.
+    """
+    parts = np.array([0.0, 1.0, 1.0, 1.0])
+    parts[1], parts[2] = turning_points(
+        volume(start, end, p, q, r, s, 0.0), volume(start, end, p, q, r, s, 1.0 / 3.0),
+        volume(start, end, p, q, r, s, 2.0 / 3.0), volume(start, end, p, q, r, s, 1.0),
+    )  # fmt: skip
+    for i in range(3):
+        if parts[i] >= parts[i + 1]:
+            continue
+        t = flat_moment(start, end, p, q, r, s, parts[i], parts[i + 1])
+        if t < 0.0:
+            continue
+        size = 0.0
+        for a in range(3):
+            for v in (p, q, r, s):
+                place[v, a] = start[v, a] + t * (end[v, a] - start[v, a])
+            size = max(size, abs(place[p, a] - place[r, a]), abs(place[q, a] - place[s, a]))
+        if toward(place, p, q, r, s, edges)[3] <= MISS * size:
+            return t
+    return -1.0
+
+
+@inline_kernel
+def impact_normal(start, end, place, p, q, r, s, edges):
+    """Direction in which a pair that meets at ``place`` (V, 3) m was apart, and its signed weights there."""
+    wp, wq, wr, ws = closest_weights(place, p, q, r, s, edges)
+    if edges:
+        ux, uy, uz = place[q, 0] - place[p, 0], place[q, 1] - place[p, 1], place[q, 2] - place[p, 2]
+        vx, vy, vz = place[s, 0] - place[r, 0], place[s, 1] - place[r, 1], place[s, 2] - place[r, 2]
+    else:
+        ux, uy, uz = place[r, 0] - place[q, 0], place[r, 1] - place[q, 1], place[r, 2] - place[q, 2]
+        vx, vy, vz = place[s, 0] - place[q, 0], place[s, 1] - place[q, 1], place[s, 2] - place[q, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    square = nx * nx + ny * ny + nz * nz
+    if square > 0.0:
+        gone = height(end, p, q, r, s, wp, wq, wr, ws, nx, ny, nz)
+        gone -= height(start, p, q, r, s, wp, wq, wr, ws, nx, ny, nz)
+        share = -math.copysign(1.0 / math.sqrt(square), gone)
+        nx, ny, nz = nx * share, ny * share, nz * share
+    else:
+        nx, ny, nz, _ = toward(start, p, q, r, s, edges)
+    return wp, wq, wr, ws, nx, ny, nz
+
+
+@kernel
+def add_impact(start, end, place, p, q, r, s, edges, tangled, keep, contact, count):
+    """Add the pair as a contact that keeps ``keep`` m if it would meet; returns the new number."""
+    first = tangled[p] or (edges and tangled[q])
+    second = tangled[r] or tangled[s] or (not edges and tangled[q])
+    if first and second:
+        return count
+    nx, ny, nz, distance = toward(start, p, q, r, s, edges)
+    if distance == 0.0 or separation(end, p, q, r, s, edges, nx, ny, nz) > 0.0:
+        return count
+    if meeting(start, end, p, q, r, s, edges, place) < 0.0:
+        return count
+    wp, wq, wr, ws, nx, ny, nz = impact_normal(start, end, place, p, q, r, s, edges)
+    return note(contact, count, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, min(keep, 0.5 * distance))
+
+
+@kernel
+def find_impacts(
+    start, end, place, sheet, corner_start, corner, pair, leaf_normal, gap, strayed, tangled, keep, contact, count
+):
+    """List after contact number ``count`` what meets on straight ways from ``start`` to ``end`` (V, 3) m.
+
+    Arguments are those of :func:`~cloth_core.kernels.narrow.find_contacts`; impacts keep ``keep`` m. Returns the
+    number of contacts.
+    """
+    rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
+    for m in range(pair.shape[0]):
+        if gap[m] - 2.0 * strayed > 0.0:
+            continue
+        a, b = pair[m, 0], pair[m, 1]
+        nx, ny, nz = leaf_normal[m, 0], leaf_normal[m, 1], leaf_normal[m, 2]
+        if leaf_gap(end, corner_start, corner, a, b, nx, ny, nz) > 0.0:
+            if leaf_gap(start, corner_start, corner, a, b, nx, ny, nz) > 0.0:
+                continue
+        for turn in range(1 if a == b else 2):
+            first, second = (a, b) if turn == 0 else (b, a)
+            for k in range(leaf_start[second], leaf_start[second + 1]):
+                q, r, s = triangles[order[k], 0], triangles[order[k], 1], triangles[order[k], 2]
+                for i in range(vertex_start[first], vertex_start[first + 1]):
+                    p = own_vertex[i]
+                    if p != q and p != r and p != s:
+                        count = add_impact(start, end, place, p, q, r, s, False, tangled, keep, contact, count)
+        for k in range(edge_start[a], edge_start[a + 1]):
+            p, q = own_edge[k, 0], own_edge[k, 1]
+            for i in range(k + 1 if a == b else edge_start[b], edge_start[b + 1]):
+                r, s = own_edge[i, 0], own_edge[i, 1]
+                if p != r and p != s and q != r and q != s:
+                    count = add_impact(start, end, place, p, q, r, s, True, tangled, keep, contact, count)
+    return count
+
+
+@kernel
+def move_as_one(start, end, vertex, first, count, mass, inverse_mass, parent):
+    """Weld the vertices of contacts ``first`` to ``count``: all of a body go the same way, ``end`` (V, 3) m in place.
+
+    The last resort: features that do not move against each other do not meet. Bodies are trees in ``parent`` (V,),
+    of all impacts of the substep; they keep their momentum, or go with a vertex that is held (the first of them).
+    """
+    for c in range(first, count):
+        for i in range(1, 4):
+            a, b = root_of(parent, np.int64(vertex[c, 0])), root_of(parent, np.int64(vertex[c, i]))
+            if a != b:
+                parent[max(a, b)] = min(a, b)
+    vertices = parent.shape[0]
+    way = np.zeros((vertices, 3))
+    weight = np.zeros(vertices)
+    fixed = np.zeros(vertices, np.bool_)
+    size = np.zeros(vertices, np.int64)
+    for v in range(vertices):
+        body = root_of(parent, np.int64(v))
+        size[body] += 1
+        if fixed[body]:
+            continue
+        held = inverse_mass[v] == 0.0
+        if held:
+            fixed[body], weight[body] = True, 0.0
+        share = 1.0 if held else mass[v]
+        weight[body] += share
+        for a in range(3):
+            way[body, a] = (0.0 if held else way[body, a]) + share * (end[v, a] - start[v, a])
+    for v in range(vertices):
+        body = root_of(parent, np.int64(v))
+        if size[body] > 1:
+            for a in range(3):
+                end[v, a] = start[v, a] + way[body, a] / weight[body]

@@ -1,0 +1,202 @@
+"""Who touches in a substep: vertices in front of triangles, edges across edges, as linear constraints.
+
+A constraint is normal . (sum of weight * position) >= target, over the four vertices of a pair. It stands in the plane
+of the triangle (of both edges) at the start of the substep, where nothing crosses, on the side where the pair is then.
+The direction between closest points would not do: a vertex that slides on to the next triangle would be held back.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from cloth_core.kernels import inline_kernel, shared_kernel
+from cloth_core.kernels.closest import between, edge_edge, toward, vertex_triangle
+from cloth_core.kernels.hierarchy import triangle_normal
+from cloth_core.kernels.parting import SHARES, leaf_gap
+
+EDGES = 0.5
+"""Share of the thickness that edges keep from each other: faces carry, edges but stop what comes between them."""
+SLACK = 0.25
+"""Share of the thickness from which on a pair is listed: sweeps may yet bring it closer."""
+OWN_SHARE = 0.5
+"""Share of their distance at rest that neighbours in the mesh keep at most."""
+STEEP = 0.3
+"""Least height of what comes from beside a feature, as a share of its distance, for its side to be known."""
+PARALLEL = 1e-3
+"""Square of the sine of the angle between two edges below which they have no side."""
+INSIDE = 1e-9
+
+
+@inline_kernel
+def own_thickness(rest, piece, p, q, r, s, edges, thickness, far):
+    """Distance in m that a pair shall keep: less than at rest if it is of one ``piece`` and no ``far`` m apart."""
+    square = (rest[p, 0] - rest[r, 0]) ** 2 + (rest[p, 1] - rest[r, 1]) ** 2 + (rest[p, 2] - rest[r, 2]) ** 2
+    if piece[p] == piece[r] and square < far * far:
+        return min(thickness, OWN_SHARE * toward(rest, p, q, r, s, edges)[3])
+    return thickness
+
+
+@inline_kernel
+def across(x, p, q, r, s, wp, wq, wr, ws, nx, ny, nz):
+    """How far the points of a pair are apart beside a direction, m."""
+    dx, dy, dz = between(x, p, q, r, s, wp, wq, wr, ws)
+    up = dx * nx + dy * ny + dz * nz
+    return math.sqrt(max(0.0, dx * dx + dy * dy + dz * dz - up * up))
+
+
+@inline_kernel
+def height(x, p, q, r, s, wp, wq, wr, ws, nx, ny, nz):
+    """How far the points of a pair are apart along a direction, m."""
+    dx, dy, dz = between(x, p, q, r, s, wp, wq, wr, ws)
+    return dx * nx + dy * ny + dz * nz
+
+
+@inline_kernel
+def face_weights(start, end, p, q, r, s, up, nx, ny, nz, thickness):
+    """Shares of a triangle's corners in the point that vertex ``p`` is above, and whether there is one.
+
+    At the ``start`` if it is above the triangle then, else at the ``end``, if its side of the plane can be told from
+    the height ``up`` m at the start.
+    """
+    a, b, c = vertex_triangle(start, p, q, r, s)
+    beside = across(start, p, q, r, s, 1.0, -a, -b, -c, nx, ny, nz)
+    above = beside <= thickness
+    if not above and up > STEEP * beside:
+        a, b, c = vertex_triangle(end, p, q, r, s)
+        above = across(end, p, q, r, s, 1.0, -a, -b, -c, nx, ny, nz) <= thickness
+    return above, a, b, c
+
+
+@inline_kernel
+def edge_shares(start, end, p, q, r, s, up, nx, ny, nz):
+    """How far along two edges they cross, and whether they do; at the start or at the end as for a face."""
+    a, b = edge_edge(start, p, q, r, s)
+    crosses = INSIDE < a < 1.0 - INSIDE and INSIDE < b < 1.0 - INSIDE
+    if not crosses and up > STEEP * across(start, p, q, r, s, 1.0 - a, a, b - 1.0, -b, nx, ny, nz):
+        a, b = edge_edge(end, p, q, r, s)
+        crosses = INSIDE < a < 1.0 - INSIDE and INSIDE < b < 1.0 - INSIDE
+    return crosses, a, b
+
+
+@inline_kernel
+def note(contact, c, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, keep):
+    """Write contact number ``c``, if there is room for it; returns the next number."""
+    vertex, weight, normal, target = contact
+    if c < target.shape[0]:
+        vertex[c, 0], vertex[c, 1], vertex[c, 2], vertex[c, 3] = p, q, r, s
+        weight[c, 0], weight[c, 1], weight[c, 2], weight[c, 3] = wp, wq, wr, ws
+        normal[c, 0], normal[c, 1], normal[c, 2] = nx, ny, nz
+        target[c] = keep
+    return c + 1
+
+
+@inline_kernel
+def add_faces(start, end, sheet, first, second, thickness, far, recover, tangled, contact, count):
+    """Add the contacts of the vertices of leaf ``first`` with the triangles of leaf ``second``; returns how many."""
+    rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
+    listed = (1.0 + SLACK) * thickness
+    for k in range(leaf_start[second], leaf_start[second + 1]):
+        q, r, s = triangles[order[k], 0], triangles[order[k], 1], triangles[order[k], 2]
+        nx, ny, nz = triangle_normal(start, q, r, s)
+        for m in range(vertex_start[first], vertex_start[first + 1]):
+            p = own_vertex[m]
+            if p == q or p == r or p == s or (tangled[p] and (tangled[q] or tangled[r] or tangled[s])):
+                continue
+            up = height(start, p, q, r, s, 1.0, -1.0, 0.0, 0.0, nx, ny, nz)
+            if up < 0.0:
+                mx, my, mz, up = -nx, -ny, -nz, -up
+            else:
+                mx, my, mz = nx, ny, nz
+            # The triangle turns little: a first guess of the height at the end.
+            if up > listed and height(end, p, q, r, s, 1.0, -1.0, 0.0, 0.0, mx, my, mz) > listed + 0.5 * up:
+                continue
+            above, a, b, c = face_weights(start, end, p, q, r, s, up, mx, my, mz, thickness)
+            if above and up > 0.0 and height(end, p, q, r, s, 1.0, -a, -b, -c, mx, my, mz) < listed:
+                keep = own_thickness(rest, piece, p, q, r, s, False, thickness, far)
+                count = note(contact, count, p, q, r, s, 1.0, -a, -b, -c, mx, my, mz, min(keep, up + recover))
+    return count
+
+
+@inline_kernel
+def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled, contact, count):
+    """Add the contacts of the edges of leaf ``first`` with those of leaf ``second``; returns how many there are."""
+    rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
+    keep = EDGES * thickness
+    listed = (1.0 + SLACK) * keep
+    for k in range(edge_start[first], edge_start[first + 1]):
+        p, q = own_edge[k, 0], own_edge[k, 1]
+        for m in range(k + 1 if first == second else edge_start[second], edge_start[second + 1]):
+            r, s = own_edge[m, 0], own_edge[m, 1]
+            if p == r or p == s or q == r or q == s or ((tangled[p] or tangled[q]) and (tangled[r] or tangled[s])):
+                continue
+            ux, uy, uz = start[q, 0] - start[p, 0], start[q, 1] - start[p, 1], start[q, 2] - start[p, 2]
+            vx, vy, vz = start[s, 0] - start[r, 0], start[s, 1] - start[r, 1], start[s, 2] - start[r, 2]
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            square = nx * nx + ny * ny + nz * nz
+            if square < PARALLEL * (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz) or square == 0.0:
+                continue
+            up = height(start, p, q, r, s, 1.0, 0.0, -1.0, 0.0, nx, ny, nz)
+            share = math.copysign(1.0 / math.sqrt(square), up)
+            nx, ny, nz, up = nx * share, ny * share, nz * share, up * share
+            if up > listed and height(end, p, q, r, s, 1.0, 0.0, -1.0, 0.0, nx, ny, nz) > listed + 0.5 * up:
+                continue
+            crosses, a, b = edge_shares(start, end, p, q, r, s, up, nx, ny, nz)
+            if crosses and up > 0.0:
+                if height(end, p, q, r, s, 1.0 - a, a, b - 1.0, -b, nx, ny, nz) < listed:
+                    own = own_thickness(rest, piece, p, q, r, s, True, keep, far)
+                    own = min(own, up + recover)
+                    count = note(contact, count, p, q, r, s, 1.0 - a, a, b - 1.0, -b, nx, ny, nz, own)
+    return count
+
+
+@shared_kernel
+def find_contacts(
+    start, end, sheet, corner_start, corner, pair, leaf_normal, gap, strayed,
+    thickness, far, recover, tangled, contact, counts,
+):  # fmt: skip
+    """List who may touch on the way from ``start`` to about ``end`` (V, 3) m, of the leaves in ``pair`` (P, 2).
+
+    Args:
+        start: where nothing crosses.
+        end: as predicted.
+        sheet: of the cloth at ``rest`` (V, 3) m: ``piece`` (V,), triangles, and what each leaf has of them.
+        corner_start: (L + 1,) see :class:`~cloth_core.meshing.patches.Patches`.
+        corner: see there.
+        pair: leaves that may meet.
+        leaf_normal: (P, 3) from the second to the first.
+        gap: (P,) m along it as long as vertices do not stray.
+        strayed: m, how far they did.
+        thickness: m to be kept.
+        far: m, at rest, within which a pair may keep less.
+        recover: m, by which what is too close comes apart.
+        tangled: (V,) vertices without a side.
+        contact: vertex (C, 4), weight (C, 4), normal (C, 3), target (C,) to be written, in two halves.
+        counts: (2,) how many stand in each; only as many as there is room for are written.
+    """
+    vertex, weight, normal, target = contact
+    half = target.shape[0] // 2
+    total = pair.shape[0]
+    for share in prange(SHARES):
+        count, low, high = 0, half * share, half * (share + 1)
+        mine = (vertex[low:high], weight[low:high], normal[low:high], target[low:high])
+        for p in range(total * share // SHARES, total * (share + 1) // SHARES):
+            listed = (1.0 + SLACK) * thickness
+            if gap[p] - 2.0 * strayed > listed:
+                continue
+            a, b = pair[p, 0], pair[p, 1]
+            nx, ny, nz = leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2]
+            now = min(
+                leaf_gap(start, corner_start, corner, a, b, nx, ny, nz),
+                leaf_gap(end, corner_start, corner, a, b, nx, ny, nz),
+            )
+            if now > listed:
+                continue
+            for turn in range(1 if a == b else 2):
+                first, second = (a, b) if turn == 0 else (b, a)
+                count = add_faces(start, end, sheet, first, second, thickness, far, recover, tangled, mine, count)
+            if now < EDGES * listed:
+                count = add_edges(start, end, sheet, a, b, thickness, far, recover, tangled, mine, count)
+        counts[share] = count

@@ -1,0 +1,208 @@
+"""The cloth against itself, and against other cloths: pieces of one mesh (issue of no obstacle, equal on both sides)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cloth_core.config import SolverConfig
+from cloth_core.kernels import hierarchy, impacts, narrow, parting, response
+from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
+from cloth_core.meshing.patches import patches
+from cloth_core.physics.features import Features
+from cloth_core.physics.stretch_limit import HeldMasses
+
+LEAST_THICKNESS = 0.05
+"""Least thickness that is computed with, as a share of the mean edge: what is thinner, gravity presses through in one
+substep, and the wrinkles of a cell are higher."""
+SKIN = 0.25
+"""By how much vertices may stray from where they were going before pairs are sought anew, as a share of that edge."""
+CALM = 1.0
+"""The same as a share of the thickness, where nothing moves fast."""
+ROUNDS = 4
+"""Of sweeps over what would pass through, before it is made to move as one."""
+BODIES = 30
+"""Times that bodies may grow in a substep."""
+
+
+class SelfContacts(HeldMasses):
+    """The pairs of vertex and triangle, and of edges, that touch in the substep at hand.
+
+    A step begins with :meth:`begin_step`; each substep goes through :meth:`find`, some :meth:`sweep`,
+    :meth:`keep_apart` and :meth:`settle_velocity`.
+
+    Args:
+        mesh: the cloth; without triangles it never touches itself.
+        material: its thickness and friction are those of the contacts.
+        config: ``max_push_speed`` holds here as well.
+        mass: (V,) kg.
+    """
+
+    def __init__(self, mesh: ClothMesh, material: Material, config: SolverConfig, mass: np.ndarray) -> None:
+        super().__init__(mass)
+        self._mass, self._config, self._friction = mass, config, material.friction
+        self._patches = patches(mesh.rest_position, mesh.triangles)
+        features = Features.of(mesh, self._patches)
+        self._sheet = features.sheet
+        self._edge = features.mean_edge
+        self.thickness = max(material.thickness, LEAST_THICKNESS * self._edge)
+        self._far = 2.0 * (self.thickness + features.longest_edge)
+        triangles, nodes = len(mesh.triangles), len(self._patches.compact)
+        self._low, self._high = np.empty((triangles, 9)), np.empty((triangles, 9))
+        self._patch_low, self._patch_high = np.empty((nodes, 9)), np.empty((nodes, 9))
+        self._pair, self._leaf_normal = np.empty((0, 2), np.int32), np.empty((0, 3))
+        self._gap, self._apart = np.empty(0), np.empty(0)
+        self._pairs = self._count = 0
+        self._make_room(2 * mesh.vertex_count)
+        self._tangled = np.zeros(mesh.vertex_count, np.bool_)
+        self._place = np.zeros((mesh.vertex_count, 3))
+        self._searches = self._passed = self._welded = 0
+
+    def _make_room(self, contacts: int) -> None:
+        """For so many contacts."""
+        self._contact = (
+            np.zeros((contacts, 4), np.uint32), np.zeros((contacts, 4)), np.zeros((contacts, 3)), np.zeros(contacts),
+        )  # fmt: skip
+        self._mobility, self._pushed, self._spent = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
+        self._counts = np.zeros(2, np.int64)
+
+    @property
+    def touching(self) -> int:
+        """Pairs that were pushed apart in this substep."""
+        return int(np.count_nonzero(self._pushed[: self._count]))
+
+    def begin_step(self, position: np.ndarray, velocity: np.ndarray, time: float) -> None:
+        """Look ahead ``time`` s from (V, 3) ``position`` m at ``velocity`` m/s: which leaves may meet."""
+        self._until, self._now = time, 0.0
+        self._searches = self._passed = self._welded = 0
+        self._search(position, velocity)
+
+    def _search(self, position: np.ndarray, velocity: np.ndarray) -> None:
+        """List the leaves that may meet in the rest of the step."""
+        self._origin, self._velocity, self._since = position.copy(), velocity.copy(), self._now
+        after = position + (self._until - self._now) * velocity
+        self._skin = max(SKIN * self._edge, CALM * self.thickness)
+        self._strayed = 0.0
+        self._searches += 1
+        margin, tree = self.thickness + 2.0 * self._skin, self._patches
+        hierarchy.fit_triangles(position, after, self._sheet[2], self._low, self._high)
+        hierarchy.fit_patches(
+            self._low, self._high, tree.order, tree.leaf_start, self._patch_low, self._patch_high
+        )
+        while True:
+            count = hierarchy.meeting_leaves(
+                len(tree.leaf_start) - 1, tree.compact, tree.beside_start, tree.beside,
+                self._patch_low, self._patch_high, margin, self._pair,
+            )  # fmt: skip
+            if count <= len(self._pair):
+                break
+            room = 3 * count // 2
+            self._pair, self._leaf_normal = np.empty((room, 2), np.int32), np.empty((room, 3))
+            self._gap, self._apart = np.empty(room), np.empty(room)
+        listed = (self._pair[:count], self._leaf_normal[:count], self._gap[:count], self._apart[:count])
+        parting.part_leaves(
+            position, after, tree.corner_start, tree.corner, self._patch_low, self._patch_high, margin, *listed
+        )
+        self._pairs = parting.keep_close(margin, *listed)
+
+    def _follow(self, position: np.ndarray, time: float) -> bool:
+        """Note how far vertices strayed by ``time`` s in the step; returns whether the pairs are still all there are."""
+        self._strayed = max(
+            self._strayed, parting.stray(position, self._origin, self._velocity, time - self._since)
+        )
+        return self._strayed <= self._skin
+
+    def find(self, start: np.ndarray, predicted: np.ndarray, h: float, number: int) -> None:
+        """List what may touch on the way from ``start`` to about ``predicted`` (V, 3) m, in substep ``number`` of ``h`` s."""
+        self._h, self._now = h, number * h
+        if not (self._follow(start, self._now) and self._follow(predicted, self._now + h)):
+            self._search(start, (predicted - start) / h)
+        n, tree = self._pairs, self._patches
+        while True:
+            narrow.find_contacts(
+                start, predicted, self._sheet, tree.corner_start, tree.corner,
+                self._pair[:n], self._leaf_normal[:n], self._gap[:n], self._strayed,
+                self.thickness, self._far, self._config.max_push_speed * h, self._tangled,
+                self._contact, self._counts,
+            )  # fmt: skip
+            most, half = int(self._counts.max()), len(self._mobility) // 2
+            if most <= half:
+                break
+            self._make_room(3 * most)
+        first, second = (int(c) for c in self._counts)
+        for array in self._contact:
+            array[first : first + second] = array[half : half + second]
+        self._count = first + second
+        self._open(0)
+
+    def _open(self, first: int) -> None:
+        """Contacts from number ``first`` on are new."""
+        n = self._count
+        vertex, weight = self._contact[0], self._contact[1]
+        self._pushed[first:n] = 0.0
+        self._spent[first:n] = 0.0
+        response.ease(vertex[first:n], weight[first:n], self._inverse_mass, n - first, self._mobility[first:n])
+
+    def sweep(self, start: np.ndarray, position: np.ndarray, number: int) -> float:
+        """Push apart what is too close in ``position`` (V, 3) m, with friction; returns the farthest push in m."""
+        return self._push(start, position, 0, number % 2 == 1) if self._count else 0.0
+
+    def _push(self, start: np.ndarray, position: np.ndarray, first: int, back: bool) -> float:
+        vertex, weight, normal, target = self._contact
+        return response.push_apart(
+            start, position, vertex, weight, normal, target, self._inverse_mass, self._mobility, self._friction,
+            self._pushed, self._spent, first, self._count, back,
+        )  # fmt: skip
+
+    def keep_apart(self, start: np.ndarray, end: np.ndarray) -> None:
+        """See to it that nothing passes through anything on the way from ``start`` to ``end`` (V, 3) m, in place."""
+        if not self._follow(end, self._now + self._h):
+            self._search(start, (end - start) / self._h)
+        for _ in range(ROUNDS):
+            before = self._count
+            if self._add_impacts(start, end) == 0:
+                return
+            self._passed += self._count - before
+            self._open(before)
+            for sweep in range(4):
+                self._push(start, end, 0 if sweep % 2 else before, sweep % 2 == 1)
+            self._follow(end, self._now + self._h)
+        self._weld(start, end)
+
+    def _add_impacts(self, start: np.ndarray, end: np.ndarray) -> int:
+        """Add what would pass through to the contacts; returns how many they were."""
+        before, n, tree = self._count, self._pairs, self._patches
+        while True:
+            self._count = impacts.find_impacts(
+                start, end, self._place, self._sheet, tree.corner_start, tree.corner,
+                self._pair[:n], self._leaf_normal[:n], self._gap[:n], self._strayed,
+                self._tangled, narrow.EDGES * self.thickness, self._contact, before,
+            )  # fmt: skip
+            if self._count <= len(self._mobility):
+                return self._count - before
+            kept = [array[:before].copy() for array in (*self._contact, self._mobility, self._pushed, self._spent)]
+            self._make_room(2 * self._count)
+            for array, old in zip((*self._contact, self._mobility, self._pushed, self._spent), kept, strict=True):
+                array[:before] = old
+
+    def _weld(self, start: np.ndarray, end: np.ndarray) -> None:
+        """What would still pass through moves as one body."""
+        parent = np.arange(len(end))
+        for _ in range(BODIES):
+            before = self._count
+            if self._add_impacts(start, end) == 0:
+                break
+            self._open(before)
+            impacts.move_as_one(
+                start, end, self._contact[0], before, self._count, self._mass, self._inverse_mass, parent
+            )
+            self._welded += self._count - before
+            self._follow(end, self._now + self._h)
+
+    def settle_velocity(self, velocity: np.ndarray) -> None:
+        """Take the speed of impacts, and of pushes, out of ``velocity`` (V, 3) m/s in place."""
+        if self._count:
+            vertex, weight, normal, _ = self._contact
+            response.end_impacts(
+                velocity, vertex, weight, normal, self._inverse_mass, self._mobility, self._pushed, self._count
+            )
