@@ -117,8 +117,11 @@ class Substeps:
             start = position
             position, velocity, sweeps, excess = integrator.advance(start, velocity, given)
             done.append(sweeps)
-            if integrator.restrained:
-                stopped = self._restraint.apply(start, position, velocity, model.h, model.contacts.touched)
+            layers = model.self_contacts
+            if integrator.restrained or layers is not None:
+                stopped = self._restraint.apply(
+                    start, position, velocity, model.h, model.contacts.touched, layers, threads=integrator.restrained
+                )
                 integrator.restart(stopped)
                 hands.hold_back(stopped, start, position)
                 restrained[stopped] = True

@@ -38,14 +38,16 @@ class Stage:
         return round(self.duration / DT)
 
 
-def _solver(side: int, on: bool, obstacles: Mapping[str, Obstacle]) -> ClothSolver:
-    mesh = ClothMesh.grid(width=SIZE, height=SIZE, columns=side, rows=side)
-    return ClothSolver(mesh, Material(), SolverConfig(dt=DT, self_collision=on), obstacles=obstacles)
+def _solver(
+    side: int, on: bool, obstacles: Mapping[str, Obstacle], height: float = SIZE, **material: float
+) -> ClothSolver:
+    mesh = ClothMesh.grid(width=SIZE, height=height, columns=side, rows=side)
+    return ClothSolver(mesh, Material(**material), SolverConfig(dt=DT, self_collision=on), obstacles=obstacles)
 
 
 def folded(side: int, on: bool) -> Stage:
     """One half lies on the floor, the other stands above it in a bow and falls."""
-    solver, radius = _solver(side, on, {"floor": Plane()}), 0.1
+    solver, radius = _solver(side, on, {"floor": Plane()}, bend=1e-5), 0.05
     flat = solver.mesh.rest_position
     way = flat[:, 0] + 0.02  # along the cloth from the crease, which no line of vertices shall meet exactly
     turn = np.clip(way / radius, 0.0, math.pi)
@@ -64,8 +66,8 @@ def dropped(side: int, on: bool) -> Stage:
 
 
 def twisted(side: int, on: bool) -> Stage:
-    """Two opposite edges are turned against each other, four turns in all, while they come closer."""
-    solver = _solver(side, on, {})
+    """A strip whose short edges are turned against each other, four turns in all, while they come closer."""
+    solver = _solver(side, on, {}, height=0.4)
     state, mesh = solver.initial_state(), solver.mesh
     grips = {}
     for name in ("left", "right"):
@@ -78,7 +80,7 @@ def twisted(side: int, on: bool) -> Stage:
         hands = {}
         for name, sign in (("left", -1.0), ("right", 1.0)):
             half = sign * math.pi * turns
-            place = (sign * SIZE * (0.5 - 0.2 * min(1.0, time / 4.0)), 0.0, 0.0)
+            place = (sign * SIZE * (0.5 - 0.21 * min(1.0, time / 4.0)), 0.0, 0.0)
             hands[name] = Grasp(pose=Pose(place, (math.sin(half), 0.0, 0.0, math.cos(half))), closure=1.0, radius=0.01)
         return Inputs(grasps=hands)
 

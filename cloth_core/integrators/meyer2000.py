@@ -44,6 +44,9 @@ class Meyer2000:
         """Nothing."""
         return {}
 
+    def restart(self, vertex: np.ndarray) -> None:
+        """Nothing is remembered."""
+
     def advance(
         self, position: np.ndarray, velocity: np.ndarray, substep: Substep
     ) -> tuple[np.ndarray, np.ndarray, int, float]:

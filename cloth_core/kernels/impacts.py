@@ -1,4 +1,4 @@
-"""What would pass through in a substep: the moment of a crossing on straight ways, and what moves as one instead."""
+"""What would pass through in a substep: the moment of a crossing on straight ways."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from cloth_core.kernels import inline_kernel, kernel
 from cloth_core.kernels.closest import closest_weights, separation, toward
 from cloth_core.kernels.narrow import height, note
 from cloth_core.kernels.parting import leaf_gap
-from cloth_core.kernels.weld import root_of
 
 MISS = 1e-6
 """By how much two features may miss each other and still count as meeting, as a share of their distance to the third."""
@@ -172,39 +171,3 @@ def find_impacts(
                 if p != r and p != s and q != r and q != s:
                     count = add_impact(start, end, place, p, q, r, s, True, tangled, keep, contact, count)
     return count
-
-
-@kernel
-def move_as_one(start, end, vertex, first, count, mass, inverse_mass, parent):
-    """Weld the vertices of contacts ``first`` to ``count``: all of a body go the same way, ``end`` (V, 3) m in place.
-
-    The last resort: features that do not move against each other do not meet. Bodies are trees in ``parent`` (V,),
-    of all impacts of the substep; they keep their momentum, or go with a vertex that is held (the first of them).
-    """
-    for c in range(first, count):
-        for i in range(1, 4):
-            a, b = root_of(parent, np.int64(vertex[c, 0])), root_of(parent, np.int64(vertex[c, i]))
-            if a != b:
-                parent[max(a, b)] = min(a, b)
-    vertices = parent.shape[0]
-    way = np.zeros((vertices, 3))
-    weight = np.zeros(vertices)
-    fixed = np.zeros(vertices, np.bool_)
-    size = np.zeros(vertices, np.int64)
-    for v in range(vertices):
-        body = root_of(parent, np.int64(v))
-        size[body] += 1
-        if fixed[body]:
-            continue
-        held = inverse_mass[v] == 0.0
-        if held:
-            fixed[body], weight[body] = True, 0.0
-        share = 1.0 if held else mass[v]
-        weight[body] += share
-        for a in range(3):
-            way[body, a] = (0.0 if held else way[body, a]) + share * (end[v, a] - start[v, a])
-    for v in range(vertices):
-        body = root_of(parent, np.int64(v))
-        if size[body] > 1:
-            for a in range(3):
-                end[v, a] = start[v, a] + way[body, a] / weight[body]

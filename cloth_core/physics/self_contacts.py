@@ -20,16 +20,16 @@ SKIN = 0.25
 CALM = 1.0
 """The same as a share of the thickness, where nothing moves fast."""
 ROUNDS = 4
-"""Of sweeps over what would pass through, before it is made to move as one."""
-BODIES = 30
-"""Times that bodies may grow in a substep."""
+"""Of pushing back what would pass through."""
+SWEEPS = 4
+"""Over contacts in each of these rounds."""
 
 
 class SelfContacts(HeldMasses):
     """The pairs of vertex and triangle, and of edges, that touch in the substep at hand.
 
     A step begins with :meth:`begin_step`; each substep goes through :meth:`find`, some :meth:`sweep`,
-    :meth:`keep_apart` and :meth:`settle_velocity`.
+    :meth:`keep_apart` and :meth:`settle_velocity`; what is not :attr:`are_apart` then has to move as one body.
 
     Args:
         mesh: the cloth; without triangles it never touches itself.
@@ -57,6 +57,7 @@ class SelfContacts(HeldMasses):
         self._tangled = np.zeros(mesh.vertex_count, np.bool_)
         self._place = np.zeros((mesh.vertex_count, 3))
         self._searches = self._passed = self._welded = 0
+        self.are_apart = True
 
     def _make_room(self, contacts: int) -> None:
         """For so many contacts."""
@@ -155,22 +156,27 @@ class SelfContacts(HeldMasses):
         )  # fmt: skip
 
     def keep_apart(self, start: np.ndarray, end: np.ndarray) -> None:
-        """See to it that nothing passes through anything on the way from ``start`` to ``end`` (V, 3) m, in place."""
-        if not self._follow(end, self._now + self._h):
-            self._search(start, (end - start) / self._h)
+        """Push back what would pass through on the way from ``start`` to ``end`` (V, 3) m, in place, a few times."""
+        self.are_apart = False
         for _ in range(ROUNDS):
             before = self._count
             if self._add_impacts(start, end) == 0:
+                self.are_apart = True
                 return
             self._passed += self._count - before
-            self._open(before)
-            for sweep in range(4):
+            for sweep in range(SWEEPS):
                 self._push(start, end, 0 if sweep % 2 else before, sweep % 2 == 1)
-            self._follow(end, self._now + self._h)
-        self._weld(start, end)
+
+    def passing(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """(N, 4) vertices of the pairs that still pass through on the way from ``start`` to ``end`` (V, 3) m."""
+        before = self._count
+        self._welded += self._add_impacts(start, end)
+        return self._contact[0][before : self._count]
 
     def _add_impacts(self, start: np.ndarray, end: np.ndarray) -> int:
         """Add what would pass through to the contacts; returns how many they were."""
+        if not self._follow(end, self._now + self._h):
+            self._search(start, (end - start) / self._h)
         before, n, tree = self._count, self._pairs, self._patches
         while True:
             self._count = impacts.find_impacts(
@@ -179,25 +185,12 @@ class SelfContacts(HeldMasses):
                 self._tangled, narrow.EDGES * self.thickness, self._contact, before,
             )  # fmt: skip
             if self._count <= len(self._mobility):
+                self._open(before)
                 return self._count - before
             kept = [array[:before].copy() for array in (*self._contact, self._mobility, self._pushed, self._spent)]
             self._make_room(2 * self._count)
             for array, old in zip((*self._contact, self._mobility, self._pushed, self._spent), kept, strict=True):
                 array[:before] = old
-
-    def _weld(self, start: np.ndarray, end: np.ndarray) -> None:
-        """What would still pass through moves as one body."""
-        parent = np.arange(len(end))
-        for _ in range(BODIES):
-            before = self._count
-            if self._add_impacts(start, end) == 0:
-                break
-            self._open(before)
-            impacts.move_as_one(
-                start, end, self._contact[0], before, self._count, self._mass, self._inverse_mass, parent
-            )
-            self._welded += self._count - before
-            self._follow(end, self._now + self._h)
 
     def settle_velocity(self, velocity: np.ndarray) -> None:
         """Take the speed of impacts, and of pushes, out of ``velocity`` (V, 3) m/s in place."""
