@@ -76,15 +76,16 @@ def twisted(side: int, on: bool) -> Stage:
         grips[name] = Grip(pose, True, vertex, pose.inverse_apply(mesh.rest_position[vertex]))
 
     def inputs(time: float) -> Inputs:
-        turns = 2.0 * min(1.0, time / 4.0)
+        turns, nearer = 2.0 * min(1.0, max(0.0, time - 1.0) / 4.0), min(0.1, 0.1 * time)
+        nearer += 0.05625 * min(4.0, max(0.0, time - 1.0))
         hands = {}
         for name, sign in (("left", -1.0), ("right", 1.0)):
             half = sign * math.pi * turns
-            place = (sign * SIZE * (0.5 - 0.21 * min(1.0, time / 4.0)), 0.0, 0.0)
+            place = (sign * (0.5 * SIZE - nearer), 0.0, 0.0)
             hands[name] = Grasp(pose=Pose(place, (math.sin(half), 0.0, 0.0, math.cos(half))), closure=1.0, radius=0.01)
         return Inputs(grasps=hands)
 
-    return Stage(solver, replace(state, grips=grips), inputs, 5.0)
+    return Stage(solver, replace(state, grips=grips), inputs, 6.0)
 
 
 def pulled(side: int, on: bool) -> Stage:

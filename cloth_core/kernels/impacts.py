@@ -9,7 +9,6 @@ import numpy as np
 from cloth_core.kernels import inline_kernel, kernel
 from cloth_core.kernels.closest import closest_weights, separation, toward
 from cloth_core.kernels.narrow import height, note
-from cloth_core.kernels.parting import leaf_gap
 
 MISS = 1e-6
 """By how much two features may miss each other and still count as meeting, as a share of their distance to the third."""
@@ -139,23 +138,18 @@ def add_impact(start, end, place, p, q, r, s, edges, tangled, keep, contact, cou
 
 
 @kernel
-def find_impacts(
-    start, end, place, sheet, corner_start, corner, pair, leaf_normal, gap, strayed, tangled, keep, contact, count
-):
+def find_impacts(start, end, place, sheet, pair, apart, moved, tangled, keep, contact, count):
     """List after contact number ``count`` what meets on straight ways from ``start`` to ``end`` (V, 3) m.
 
-    Arguments are those of :func:`~cloth_core.kernels.narrow.find_contacts`; impacts keep ``keep`` m. Returns the
-    number of contacts.
+    Leaves are passed over if they are ``apart`` (P,) m on the way that was predicted, by more than they ``moved`` (L,) m
+    from there. Impacts keep ``keep`` m; the other arguments are those of
+    :func:`~cloth_core.kernels.narrow.find_contacts`. Returns the number of contacts.
     """
     rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
     for m in range(pair.shape[0]):
-        if gap[m] - 2.0 * strayed > 0.0:
-            continue
         a, b = pair[m, 0], pair[m, 1]
-        nx, ny, nz = leaf_normal[m, 0], leaf_normal[m, 1], leaf_normal[m, 2]
-        if leaf_gap(end, corner_start, corner, a, b, nx, ny, nz) > 0.0:
-            if leaf_gap(start, corner_start, corner, a, b, nx, ny, nz) > 0.0:
-                continue
+        if apart[m] - moved[a] - moved[b] > 0.0:
+            continue
         for turn in range(1 if a == b else 2):
             first, second = (a, b) if turn == 0 else (b, a)
             for k in range(leaf_start[second], leaf_start[second + 1]):

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import prange
 
 from cloth_core.kernels import inline_kernel, shared_kernel
 from cloth_core.kernels.closest import between, edge_edge, toward, vertex_triangle
-from cloth_core.kernels.hierarchy import triangle_normal
-from cloth_core.kernels.parting import SHARES, leaf_gap
+from cloth_core.kernels.parting import SHARES, best_direction, leaf_gap
 
 EDGES = 0.5
 """Share of the thickness that edges keep from each other: faces carry, edges but stop what comes between them."""
@@ -94,15 +92,28 @@ def note(contact, c, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, keep):
 
 
 @inline_kernel
-def add_faces(start, end, sheet, first, second, thickness, far, recover, tangled, contact, count):
+def is_in(start, end, v, low, high, leaf, margin):
+    """Whether vertex ``v`` comes within ``margin`` m of the box of a leaf."""
+    for a in range(3):
+        if max(start[v, a], end[v, a]) < low[leaf, a] - margin or min(start[v, a], end[v, a]) > high[leaf, a] + margin:
+            return False
+    return True
+
+
+@inline_kernel
+def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, tangled, contact, count):
     """Add the contacts of the vertices of leaf ``first`` with the triangles of leaf ``second``; returns how many."""
     rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
+    face, box_low, box_high, upward = fit
     listed = (1.0 + SLACK) * thickness
-    for k in range(leaf_start[second], leaf_start[second + 1]):
-        q, r, s = triangles[order[k], 0], triangles[order[k], 1], triangles[order[k], 2]
-        nx, ny, nz = triangle_normal(start, q, r, s)
-        for m in range(vertex_start[first], vertex_start[first + 1]):
-            p = own_vertex[m]
+    for m in range(vertex_start[first], vertex_start[first + 1]):
+        p = own_vertex[m]
+        if not is_in(start, end, p, box_low, box_high, second, listed):
+            continue
+        for k in range(leaf_start[second], leaf_start[second + 1]):
+            t = order[k]
+            q, r, s = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            nx, ny, nz = face[t, 0], face[t, 1], face[t, 2]
             if p == q or p == r or p == s or (tangled[p] and (tangled[q] or tangled[r] or tangled[s])):
                 continue
             up = height(start, p, q, r, s, 1.0, -1.0, 0.0, 0.0, nx, ny, nz)
@@ -152,9 +163,18 @@ def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled
     return count
 
 
+@inline_kernel
+def gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz):
+    """The least gap from leaf ``b`` to leaf ``a`` along a direction on their way, m."""
+    return min(
+        leaf_gap(start, corner_start, corner, a, b, nx, ny, nz),
+        leaf_gap(end, corner_start, corner, a, b, nx, ny, nz),
+    )
+
+
 @shared_kernel
 def find_contacts(
-    start, end, sheet, corner_start, corner, pair, leaf_normal, gap, strayed,
+    start, end, sheet, fit, corner_start, corner, pair, leaf_normal, gap, apart, strayed,
     thickness, far, recover, tangled, contact, counts,
 ):  # fmt: skip
     """List who may touch on the way from ``start`` to about ``end`` (V, 3) m, of the leaves in ``pair`` (P, 2).
@@ -162,12 +182,14 @@ def find_contacts(
     Args:
         start: where nothing crosses.
         end: as predicted.
-        sheet: of the cloth at ``rest`` (V, 3) m: ``piece`` (V,), triangles, and what each leaf has of them.
+        sheet: of :class:`~cloth_core.physics.features.Features`.
+        fit: what :func:`~cloth_core.kernels.parting.fit_leaves` made: faces, boxes, directions.
         corner_start: (L + 1,) see :class:`~cloth_core.meshing.patches.Patches`.
         corner: see there.
         pair: leaves that may meet.
-        leaf_normal: (P, 3) from the second to the first.
-        gap: (P,) m along it as long as vertices do not stray.
+        leaf_normal: (P, 3) from the second to the first; turned where it parts them no more.
+        gap: (P,) m along it, as it was, as long as vertices do not stray.
+        apart: (P,) m of gap on this way, at least, to be written.
         strayed: m, how far they did.
         thickness: m to be kept.
         far: m, at rest, within which a pair may keep less.
@@ -177,26 +199,35 @@ def find_contacts(
         counts: (2,) how many stand in each; only as many as there is room for are written.
     """
     vertex, weight, normal, target = contact
+    face, box_low, box_high, upward = fit
     half = target.shape[0] // 2
     total = pair.shape[0]
+    listed = (1.0 + SLACK) * thickness
     for share in prange(SHARES):
         count, low, high = 0, half * share, half * (share + 1)
         mine = (vertex[low:high], weight[low:high], normal[low:high], target[low:high])
         for p in range(total * share // SHARES, total * (share + 1) // SHARES):
-            listed = (1.0 + SLACK) * thickness
-            if gap[p] - 2.0 * strayed > listed:
+            now = gap[p] - 2.0 * strayed
+            apart[p] = now
+            if now > listed:
                 continue
             a, b = pair[p, 0], pair[p, 1]
             nx, ny, nz = leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2]
-            now = min(
-                leaf_gap(start, corner_start, corner, a, b, nx, ny, nz),
-                leaf_gap(end, corner_start, corner, a, b, nx, ny, nz),
-            )
+            now = gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz)
+            if now < EDGES * listed:
+                best, nx, ny, nz = best_direction(
+                    start, corner_start, corner, box_low, box_high, upward, a, b, listed
+                )
+                best = min(best, leaf_gap(end, corner_start, corner, a, b, nx, ny, nz))
+                if best > now:
+                    now = best
+                    leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2] = nx, ny, nz
+            apart[p] = now
             if now > listed:
                 continue
             for turn in range(1 if a == b else 2):
                 first, second = (a, b) if turn == 0 else (b, a)
-                count = add_faces(start, end, sheet, first, second, thickness, far, recover, tangled, mine, count)
+                count = add_faces(start, end, sheet, fit, first, second, thickness, far, recover, tangled, mine, count)
             if now < EDGES * listed:
                 count = add_edges(start, end, sheet, a, b, thickness, far, recover, tangled, mine, count)
         counts[share] = count

@@ -9,7 +9,7 @@ from numba import prange
 
 from cloth_core.kernels import inline_kernel, kernel, shared_kernel
 from cloth_core.kernels.closest import along
-from cloth_core.kernels.hierarchy import NORMAL, PLACE
+from cloth_core.kernels.hierarchy import triangle_normal
 
 SHARES = 2
 """Of a loop over pairs, one for each thread of a small machine."""
@@ -39,25 +39,53 @@ def leaf_extent(x, corner_start, corner, a, nx, ny, nz):
     return least, most
 
 
-@kernel
-def best_direction(before, corner_start, corner, low, high, a, b, enough):
-    """The gap from leaf ``b`` to leaf ``a``, and its direction: a normal of theirs, or that of their middles.
+@shared_kernel
+def fit_leaves(before, after, triangles, order, leaf_start, corner_start, corner, face, low, high, upward):
+    """Boxes ``low`` and ``high`` (L, 3) of leaves on their ways, and where they face before: ``upward`` (L, 3).
 
-    ``low`` and ``high`` (N, 9) are the boxes of patches. The first to part them by ``enough`` m will do.
+    ``face`` (T, 3) are the normals of the triangles, before.
+    """
+    count = leaf_start.shape[0] - 1
+    for share in prange(SHARES):
+        for leaf in range(count * share // SHARES, count * (share + 1) // SHARES):
+            for a in range(3):
+                least, most = np.inf, -np.inf
+                for m in range(corner_start[leaf], corner_start[leaf + 1]):
+                    v = corner[m]
+                    least = min(least, before[v, a], after[v, a])
+                    most = max(most, before[v, a], after[v, a])
+                low[leaf, a], high[leaf, a] = least, most
+            x, y, z = 0.0, 0.0, 0.0
+            for m in range(leaf_start[leaf], leaf_start[leaf + 1]):
+                t = order[m]
+                nx, ny, nz = triangle_normal(before, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+                face[t, 0], face[t, 1], face[t, 2] = nx, ny, nz
+                x, y, z = x + nx, y + ny, z + nz
+            square = x * x + y * y + z * z
+            share_of = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
+            upward[leaf, 0], upward[leaf, 1], upward[leaf, 2] = x * share_of, y * share_of, z * share_of
+
+
+@kernel
+def best_direction(before, corner_start, corner, low, high, upward, a, b, enough):
+    """The gap from leaf ``b`` to leaf ``a``, and its direction: where they face, or from one middle to the other.
+
+    The first direction to part them by ``enough`` m will do.
     """
     best, bx, by, bz = -np.inf, 0.0, 0.0, 1.0
-    first = (low.shape[0] - 1) // 2
-    i, j = first + a, first + b
     for way in range(3):
-        m, k, sign = (j if way == 1 else i), (PLACE if way == 2 else NORMAL), (-1.0 if way == 2 else 0.0)
-        nx = low[m, k] + high[m, k] + sign * (low[j, k] + high[j, k])
-        ny = low[m, k + 1] + high[m, k + 1] + sign * (low[j, k + 1] + high[j, k + 1])
-        nz = low[m, k + 2] + high[m, k + 2] + sign * (low[j, k + 2] + high[j, k + 2])
-        square = nx * nx + ny * ny + nz * nz
-        if square == 0.0:
-            continue
-        share = 1.0 / math.sqrt(square)
-        nx, ny, nz = nx * share, ny * share, nz * share
+        if way == 2:
+            nx = low[a, 0] + high[a, 0] - low[b, 0] - high[b, 0]
+            ny = low[a, 1] + high[a, 1] - low[b, 1] - high[b, 1]
+            nz = low[a, 2] + high[a, 2] - low[b, 2] - high[b, 2]
+            square = nx * nx + ny * ny + nz * nz
+            if square == 0.0:
+                continue
+            share = 1.0 / math.sqrt(square)
+            nx, ny, nz = nx * share, ny * share, nz * share
+        else:
+            leaf = a if way == 0 else b
+            nx, ny, nz = upward[leaf, 0], upward[leaf, 1], upward[leaf, 2]
         first_least, first_most = leaf_extent(before, corner_start, corner, a, nx, ny, nz)
         second_least, second_most = leaf_extent(before, corner_start, corner, b, nx, ny, nz)
         if first_least - second_most > best:
@@ -70,30 +98,43 @@ def best_direction(before, corner_start, corner, low, high, a, b, enough):
 
 
 @shared_kernel
-def part_leaves(before, after, corner_start, corner, low, high, margin, pair, normal, gap, apart):
+def part_leaves(before, after, corner_start, corner, low, high, upward, margin, pair, normal, gap):
     """Find a direction ``normal`` (P, 3) that parts each ``pair`` (P, 2) of leaves, and the ``gap`` (P,) m it leaves.
 
-    The gap is the least on the way from ``before`` to ``after`` (V, 3) m. ``apart`` (P,) is what it is before.
+    The gap is the least on the way from ``before`` to ``after`` (V, 3) m.
     """
     count = pair.shape[0]
     for share in prange(SHARES):
         for p in range(count * share // SHARES, count * (share + 1) // SHARES):
             a, b = pair[p, 0], pair[p, 1]
-            best, nx, ny, nz = best_direction(before, corner_start, corner, low, high, a, b, 2.0 * margin)
+            best, nx, ny, nz = best_direction(
+                before, corner_start, corner, low, high, upward, a, b, 2.0 * margin
+            )
             normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
-            apart[p] = best
             gap[p] = min(best, leaf_gap(after, corner_start, corner, a, b, nx, ny, nz))
 
 
 @kernel
-def keep_close(margin, pair, normal, gap, apart):
+def farthest(position, other, corner_start, corner, moved):
+    """How far the corners of each leaf are from where the ``other`` (V, 3) m has them, at most: ``moved`` (L,) m."""
+    for leaf in range(moved.shape[0]):
+        most = 0.0
+        for m in range(corner_start[leaf], corner_start[leaf + 1]):
+            v = corner[m]
+            dx, dy, dz = position[v, 0] - other[v, 0], position[v, 1] - other[v, 1], position[v, 2] - other[v, 2]
+            most = max(most, dx * dx + dy * dy + dz * dz)
+        moved[leaf] = math.sqrt(most)
+
+
+@kernel
+def keep_close(margin, pair, normal, gap):
     """Move those with a gap below ``margin`` m to the front, in their order; returns how many there are."""
     count = 0
     for p in range(pair.shape[0]):
         if gap[p] < margin:
             pair[count, 0], pair[count, 1] = pair[p, 0], pair[p, 1]
             normal[count, 0], normal[count, 1], normal[count, 2] = normal[p, 0], normal[p, 1], normal[p, 2]
-            gap[count], apart[count] = gap[p], apart[p]
+            gap[count] = gap[p]
             count += 1
     return count
 

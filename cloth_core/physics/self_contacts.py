@@ -52,6 +52,9 @@ class SelfContacts(HeldMasses):
         self._patch_low, self._patch_high = np.empty((nodes, 9)), np.empty((nodes, 9))
         self._pair, self._leaf_normal = np.empty((0, 2), np.int32), np.empty((0, 3))
         self._gap, self._apart = np.empty(0), np.empty(0)
+        leaves = len(self._patches.leaf_start) - 1
+        self._fit = tuple(np.empty((count, 3)) for count in (triangles, leaves, leaves, leaves))
+        self._moved = np.empty(leaves)
         self._pairs = self._count = 0
         self._make_room(2 * mesh.vertex_count)
         self._tangled = np.zeros(mesh.vertex_count, np.bool_)
@@ -100,11 +103,16 @@ class SelfContacts(HeldMasses):
             room = 3 * count // 2
             self._pair, self._leaf_normal = np.empty((room, 2), np.int32), np.empty((room, 3))
             self._gap, self._apart = np.empty(room), np.empty(room)
-        listed = (self._pair[:count], self._leaf_normal[:count], self._gap[:count], self._apart[:count])
-        parting.part_leaves(
-            position, after, tree.corner_start, tree.corner, self._patch_low, self._patch_high, margin, *listed
-        )
+        listed = (self._pair[:count], self._leaf_normal[:count], self._gap[:count])
+        self._fit_leaves(position, after)
+        parting.part_leaves(position, after, tree.corner_start, tree.corner, *self._fit[1:], margin, *listed)
         self._pairs = parting.keep_close(margin, *listed)
+
+    def _fit_leaves(self, before: np.ndarray, after: np.ndarray) -> None:
+        tree = self._patches
+        parting.fit_leaves(
+            before, after, self._sheet[2], tree.order, tree.leaf_start, tree.corner_start, tree.corner, *self._fit
+        )
 
     def _follow(self, position: np.ndarray, time: float) -> bool:
         """Note how far vertices strayed by ``time`` s in the step; returns whether the pairs are still all there are."""
@@ -119,10 +127,13 @@ class SelfContacts(HeldMasses):
         if not (self._follow(start, self._now) and self._follow(predicted, self._now + h)):
             self._search(start, (predicted - start) / h)
         n, tree = self._pairs, self._patches
+        self._predicted = predicted.copy()
+        if n:
+            self._fit_leaves(start, predicted)
         while True:
             narrow.find_contacts(
-                start, predicted, self._sheet, tree.corner_start, tree.corner,
-                self._pair[:n], self._leaf_normal[:n], self._gap[:n], self._strayed,
+                start, predicted, self._sheet, self._fit, tree.corner_start, tree.corner,
+                self._pair[:n], self._leaf_normal[:n], self._gap[:n], self._apart[:n], self._strayed,
                 self.thickness, self._far, self._config.max_push_speed * h, self._tangled,
                 self._contact, self._counts,
             )  # fmt: skip
@@ -177,11 +188,15 @@ class SelfContacts(HeldMasses):
         """Add what would pass through to the contacts; returns how many they were."""
         if not self._follow(end, self._now + self._h):
             self._search(start, (end - start) / self._h)
+            self._predicted = end.copy()
+            self._apart[: self._pairs] = self._gap[: self._pairs]
         before, n, tree = self._count, self._pairs, self._patches
+        if n == 0:
+            return 0
+        parting.farthest(end, self._predicted, tree.corner_start, tree.corner, self._moved)
         while True:
             self._count = impacts.find_impacts(
-                start, end, self._place, self._sheet, tree.corner_start, tree.corner,
-                self._pair[:n], self._leaf_normal[:n], self._gap[:n], self._strayed,
+                start, end, self._place, self._sheet, self._pair[:n], self._apart[:n], self._moved,
                 self._tangled, narrow.EDGES * self.thickness, self._contact, before,
             )  # fmt: skip
             if self._count <= len(self._mobility):
