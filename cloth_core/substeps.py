@@ -98,7 +98,7 @@ class Substeps:
         integrator.begin(state.history)
         position, velocity, excess = state.position, state.velocity, 0.0
         if model.self_contacts is not None:
-            model.self_contacts.begin_step(position, velocity, self._count * model.h)
+            position = model.self_contacts.begin_step(position, velocity, self._count * model.h)
         done: list[int] = []
         restrained = np.zeros(len(position), dtype=bool)
         for number in range(self._count):

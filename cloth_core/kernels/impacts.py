@@ -121,16 +121,21 @@ def impact_normal(start, end, place, p, q, r, s, edges):
     return wp, wq, wr, ws, nx, ny, nz
 
 
-@kernel
-def add_impact(start, end, place, p, q, r, s, edges, tangled, keep, contact, count):
-    """Add the pair as a contact that keeps ``keep`` m if it would meet; returns the new number."""
+@inline_kernel
+def may_pass(start, end, p, q, r, s, edges, tangled):
+    """Whether no direction is known that parts a pair from ``start`` to ``end``; never of features without a side."""
     first = tangled[p] or (edges and tangled[q])
     second = tangled[r] or tangled[s] or (not edges and tangled[q])
     if first and second:
-        return count
+        return False
     nx, ny, nz, distance = toward(start, p, q, r, s, edges)
-    if distance == 0.0 or separation(end, p, q, r, s, edges, nx, ny, nz) > 0.0:
-        return count
+    return distance > 0.0 and separation(end, p, q, r, s, edges, nx, ny, nz) <= 0.0
+
+
+@kernel
+def add_impact(start, end, place, p, q, r, s, edges, keep, contact, count):
+    """Add the pair as a contact that keeps ``keep`` m, or half of what is there, if it would meet; the new number."""
+    distance = toward(start, p, q, r, s, edges)[3]
     if meeting(start, end, p, q, r, s, edges, place) < 0.0:
         return count
     wp, wq, wr, ws, nx, ny, nz = impact_normal(start, end, place, p, q, r, s, edges)
@@ -156,12 +161,12 @@ def find_impacts(start, end, place, sheet, pair, apart, moved, tangled, keep, co
                 q, r, s = triangles[order[k], 0], triangles[order[k], 1], triangles[order[k], 2]
                 for i in range(vertex_start[first], vertex_start[first + 1]):
                     p = own_vertex[i]
-                    if p != q and p != r and p != s:
-                        count = add_impact(start, end, place, p, q, r, s, False, tangled, keep, contact, count)
+                    if p != q and p != r and p != s and may_pass(start, end, p, q, r, s, False, tangled):
+                        count = add_impact(start, end, place, p, q, r, s, False, keep, contact, count)
         for k in range(edge_start[a], edge_start[a + 1]):
             p, q = own_edge[k, 0], own_edge[k, 1]
             for i in range(k + 1 if a == b else edge_start[b], edge_start[b + 1]):
                 r, s = own_edge[i, 0], own_edge[i, 1]
-                if p != r and p != s and q != r and q != s:
-                    count = add_impact(start, end, place, p, q, r, s, True, tangled, keep, contact, count)
+                if p != r and p != s and q != r and q != s and may_pass(start, end, p, q, r, s, True, tangled):
+                    count = add_impact(start, end, place, p, q, r, s, True, keep, contact, count)
     return count

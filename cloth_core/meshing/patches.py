@@ -24,7 +24,7 @@ class Patches:
         leaf_start: (L + 1,) int32, where the triangles of each leaf begin in ``order``.
         corner_start: (L + 1,) int32, where the vertices of each leaf begin in ``corner``.
         corner: uint32, vertices of the leaves' triangles, each once for a leaf.
-        compact: (N,) bool, patches of one outline that is short for their area.
+        compact: (N,) bool, patches without holes, of an outline that is short for their area.
         beside_start: (N + 1,) int32, where the row of a node begins in ``beside``.
         beside: int32, the patches of the same depth that share an edge with a node.
     """
@@ -38,14 +38,17 @@ class Patches:
     beside: np.ndarray
 
 
-def patches(position: np.ndarray, triangles: np.ndarray) -> Patches:
-    """The tree of the (T, 3) ``triangles`` at rest at ``position`` (V, 3) m, cut at medians of longest extents."""
+def patches(position: np.ndarray, triangles: np.ndarray, piece: np.ndarray) -> Patches:
+    """The tree of the (T, 3) ``triangles`` at rest at ``position`` (V, 3) m, cut at medians of longest extents.
+
+    Vertices of the same ``piece`` (V,) hang together; pieces are told apart before anything is cut.
+    """
     count = len(triangles)
     depth = max(0, int(np.ceil(np.log2(max(1, count) / LEAF))))
     middle = position[triangles].mean(axis=1) if count else np.zeros((0, 3))
-    parts = [np.arange(count)]
+    parts, of = [np.arange(count)], piece[triangles[:, 0]]
     for _ in range(depth):
-        parts = [half for part in parts for half in _halves(middle, part)]
+        parts = [half for part in parts for half in _halves(middle, of, part)]
     sizes = np.array([len(part) for part in parts])
     leaf = np.empty(count, np.int64)
     leaf[np.concatenate(parts)] = np.repeat(np.arange(len(parts)), sizes)
@@ -62,13 +65,13 @@ def patches(position: np.ndarray, triangles: np.ndarray) -> Patches:
     )
 
 
-def _halves(middle: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _halves(middle: np.ndarray, piece: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if len(part) < 2:
         return part, part[:0]
     points = middle[part]
     # Rounding must not decide how a square is cut: the first of equal extents.
     axis = int(np.argmax(np.round(np.ptp(points, axis=0), 9)))
-    along = part[np.argsort(points[:, axis], kind="stable")]
+    along = part[np.lexsort((points[:, axis], piece[part]))]
     return along[: len(part) // 2], along[len(part) // 2 :]
 
 
@@ -87,7 +90,11 @@ def _outlines(
         outline = np.bincount(a[across], length[across], nodes)
         inner = across & (b >= 0)
         outline += np.bincount(b[inner], length[inner], nodes)
-        compact.append(outline**2 <= COMPACT * np.bincount(node, area, nodes))
+        # Vertices - edges + triangles is one of a disk, two of two, none of a ring.
+        vertices = np.bincount(np.unique(node[:, None] * len(position) + triangles) // len(position), minlength=nodes)
+        edges = np.bincount(a, minlength=nodes) + np.bincount(b[inner], minlength=nodes)
+        disk = vertices - edges + np.bincount(node, minlength=nodes) == 1
+        compact.append(disk & (outline**2 <= COMPACT * np.bincount(node, area, nodes)))
         rows.append(base + np.stack([np.r_[a[inner], b[inner]], np.r_[b[inner], a[inner]]], axis=1))
     pairs = np.unique(np.concatenate(rows), axis=0)
     start = np.searchsorted(pairs[:, 0], np.arange(2 ** (depth + 1)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cloth_core.config import SolverConfig
-from cloth_core.kernels import hierarchy, impacts, narrow, parting, response
+from cloth_core.kernels import hierarchy, impacts, narrow, parting, response, untangle
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.meshing.patches import patches
@@ -21,6 +21,8 @@ CALM = 1.0
 """The same as a share of the thickness, where nothing moves fast."""
 ROUNDS = 4
 """Of pushing back what would pass through."""
+WAY_OUT = 0.2
+"""Most that vertices go in a step where the cloth crosses itself, as a share of that edge."""
 SWEEPS = 4
 """Over contacts in each of these rounds."""
 
@@ -41,7 +43,7 @@ class SelfContacts(HeldMasses):
     def __init__(self, mesh: ClothMesh, material: Material, config: SolverConfig, mass: np.ndarray) -> None:
         super().__init__(mass)
         self._mass, self._config, self._friction = mass, config, material.friction
-        self._patches = patches(mesh.rest_position, mesh.triangles)
+        self._patches = patches(mesh.rest_position, mesh.triangles, mesh.component)
         features = Features.of(mesh, self._patches)
         self._sheet = features.sheet
         self._edge = features.mean_edge
@@ -58,6 +60,8 @@ class SelfContacts(HeldMasses):
         self._pairs = self._count = 0
         self._make_room(2 * mesh.vertex_count)
         self._tangled = np.zeros(mesh.vertex_count, np.bool_)
+        self._crossing, self.crossings = np.empty((0, 6), np.uint32), 0
+        self._ways = np.zeros((mesh.vertex_count, 3)), np.zeros(mesh.vertex_count)
         self._place = np.zeros((mesh.vertex_count, 3))
         self._searches = self._passed = self._welded = 0
         self.are_apart = True
@@ -75,11 +79,37 @@ class SelfContacts(HeldMasses):
         """Pairs that were pushed apart in this substep."""
         return int(np.count_nonzero(self._pushed[: self._count]))
 
-    def begin_step(self, position: np.ndarray, velocity: np.ndarray, time: float) -> None:
-        """Look ahead ``time`` s from (V, 3) ``position`` m at ``velocity`` m/s: which leaves may meet."""
+    def begin_step(self, position: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
+        """Look ahead ``time`` s from (V, 3) ``position`` m at ``velocity`` m/s: which leaves may meet.
+
+        Returns:
+            The position to begin with: where the cloth crosses itself, a little on its way out.
+        """
         self._until, self._now = time, 0.0
         self._searches = self._passed = self._welded = 0
+        self.are_apart = True
         self._search(position, velocity)
+        self.crossings = self._find_crossings(position)
+        self._tangled[:] = False
+        if self.crossings:
+            position = position.copy()
+            untangle.way_out(
+                position, self._crossing[: self.crossings], self._inverse_mass,
+                min(self._config.max_push_speed * time, WAY_OUT * self._edge), self._tangled, *self._ways,
+            )  # fmt: skip
+            self._search(position, velocity)
+        return position
+
+    def _find_crossings(self, position: np.ndarray) -> int:
+        n = self._pairs
+        while True:
+            count = untangle.find_crossings(
+                position, self._sheet[2], self._patches.order, self._patches.leaf_start, self._fit[0],
+                self._pair[:n], self._gap[:n], self._crossing,
+            )  # fmt: skip
+            if count <= len(self._crossing):
+                return count
+            self._crossing = np.empty((2 * count, 6), np.uint32)
 
     def _search(self, position: np.ndarray, velocity: np.ndarray) -> None:
         """List the leaves that may meet in the rest of the step."""
