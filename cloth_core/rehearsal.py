@@ -22,6 +22,7 @@ from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Plane, Sphere
 from cloth_core.pose import Pose
 from cloth_core.report import StepReport
+from cloth_core.state import State
 
 SIDE = {False: 6, True: 20}
 """Vertices along an edge, by whether panels shall be large enough for single precision."""
@@ -40,14 +41,22 @@ PATIENCE = {"one": 0.0, "other": 10.0}
 
 @dataclass(frozen=True)
 class Act:
-    """One step: how far the hands are ``away`` to either side, m, whether ``closed``, whether the cloth is ``torn``."""
+    """One step: how far the hands are ``away`` to either side, m, whether ``closed``, what happens to the cloth.
+
+    It may be ``torn`` to twice its size, and ``thrown`` upon itself.
+    """
 
     away: float
     closed: bool
     torn: bool = False
+    thrown: bool = False
 
 
 ACTS = (Act(0.0, False), Act(0.0, True), Act(5.0, True), Act(5.0, True, torn=True), Act(5.0, False))
+LAYERED = (Act(0.0, False, thrown=True), Act(0.0, False), *ACTS)
+"""With the cloth in folds that meet at once, and pass through each other in part."""
+THROW = 20.0
+"""m/s, of one half of the cloth toward the other."""
 
 
 @dataclass(frozen=True)
@@ -58,18 +67,22 @@ class Kind:
         integrator: by name.
         cloth: ``grid`` (springs of a flat sheet), ``sheet`` (triangles) or ``net`` (springs of anything else).
         single: whether W is kept in single precision.
+        layered: whether the cloth collides with itself.
     """
 
     integrator: str
     cloth: str
     single: bool
+    layered: bool = False
 
 
-def kinds(mesh: ClothMesh, material: Material, integrator: str, precisions: frozenset[np.dtype]) -> Iterator[Kind]:
+def kinds(
+    mesh: ClothMesh, material: Material, config: SolverConfig, precisions: frozenset[np.dtype]
+) -> Iterator[Kind]:
     """What a solver has to rehearse: one kind for each of the ``precisions`` that its operators are kept in."""
     cloth = "sheet" if mesh.is_membrane(material) else "grid" if len(mesh.triangle_slope) else "net"
     for single in sorted(precision == np.float32 for precision in precisions):
-        yield Kind(integrator, cloth, single)
+        yield Kind(config.integrator, cloth, single, config.self_collision)
 
 
 @functools.cache
@@ -83,14 +96,18 @@ def rehearse(kind: Kind, build: Callable[..., Any]) -> tuple[StepReport, ...]:
         What each step reported.
     """
     mesh = _miniature(kind)
-    config = SolverConfig(integrator=kind.integrator, dt=0.005, iterations=2, dense_limit=5000)
+    config = SolverConfig(
+        integrator=kind.integrator, dt=0.005, iterations=2, dense_limit=5000, self_collision=kind.layered
+    )
     solver = build(mesh, Material(friction=0.4), config, obstacles=OBSTACLES)
     solver.pin([0, 1])  # neighbours: the thread between them is what nothing but a weld can keep from tearing
     state, reports = solver.initial_state(), []
     ends = mesh.rest_position[-1], mesh.rest_position[SIDE[kind.single] - 1]
-    for number, act in enumerate(ACTS):
+    for number, act in enumerate(LAYERED if kind.layered else ACTS):
         if act.torn:
             state = replace(state, position=2.0 * state.position)
+        if act.thrown:
+            state = _thrown(state)
         state = solver.step(state, _inputs(act, ends, 1e-3 * number))
         reports.append(solver.report)
     return tuple(reports)
@@ -109,6 +126,17 @@ def _inputs(act: Act, ends: tuple[np.ndarray, ...], shift: float) -> Inputs:
     wind = Wind(velocity=(1.0, 0.0, 0.0), gust_intensity=0.1)
     obstacles = {name: shape.pose.shifted(np.array([shift, 0.0, 0.0])) for name, shape in OBSTACLES.items()}
     return Inputs(grasps=grasps, wind=wind, obstacles=obstacles)
+
+
+def _thrown(state: State) -> State:
+    """A cloth laid together, one end of it through the other half, that flies on."""
+    place, velocity = state.position.copy(), state.velocity.copy()
+    upper = place[:, 0] > 0.0
+    place[upper, 2] += 0.5 * SPACING + 0.2 * (place[upper, 1] - 0.5 * place[:, 1].max())
+    place[upper, 0] *= -1.0
+    place[upper, 1] += 0.3 * SPACING
+    velocity[upper, 2] = -THROW
+    return replace(state, position=place, velocity=velocity)
 
 
 def _miniature(kind: Kind) -> ClothMesh:

@@ -150,7 +150,7 @@ class ClothSolver:
             MeshError: the mesh, the material and the substep cannot be computed together.
         """
         before, model = self.report, self._prepared()
-        for kind in kinds(self.mesh, self.material, self.config.integrator, model.precisions):
+        for kind in kinds(self.mesh, self.material, self.config, model.precisions):
             rehearse(kind, ClothSolver)
         self.step(state or self.initial_state(), Inputs())
         self.report = before
@@ -188,7 +188,7 @@ class ClothSolver:
         passes = Passes(self.sweeps, sweeps, out_of_time)
         motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes)
         grips_after, slipped = hands.end()
-        recovered = not motion.is_finite
+        layers, recovered = model.self_contacts, not motion.is_finite
         if recovered:
             motion = replace(motion, position=state.position.copy(), velocity=np.zeros_like(state.velocity), history={})
         self.report = StepReport(
@@ -196,6 +196,8 @@ class ClothSolver:
             residual=motion.excess,
             max_stretch=self._largest_stretch(motion.position),
             contacts=model.contacts.touching,
+            self_contacts=0 if layers is None else layers.touching,
+            crossings=0 if layers is None else layers.crossings,
             held=len(held),
             out_of_time=passes.out_of_time,
             wind_capped=capped,

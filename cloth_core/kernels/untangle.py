@@ -137,6 +137,6 @@ def way_out(x, crossing, inverse_mass, farthest, tangled, way, weight):
         size = math.sqrt(way[v, 0] ** 2 + way[v, 1] ** 2 + way[v, 2] ** 2)
         if size > 0.0:
             # Where segments balance, on a line that is nearly straight, what is left of them still tells the way.
-            go = farthest / math.sqrt(size * size + 0.01 * weight[v] * weight[v])
+            go = farthest / math.sqrt(size * size + 0.25 * weight[v] * weight[v])
             for a in range(3):
                 x[v, a] += go * way[v, a]
