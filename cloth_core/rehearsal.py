@@ -43,20 +43,18 @@ PATIENCE = {"one": 0.0, "other": 10.0}
 class Act:
     """One step: how far the hands are ``away`` to either side, m, whether ``closed``, what happens to the cloth.
 
-    It may be ``torn`` to twice its size, and ``thrown`` upon itself.
+    It may be ``torn`` to twice its size, or laid together and ``thrown`` upon itself, m/s; ``crossed`` at first, or not.
     """
 
     away: float
     closed: bool
     torn: bool = False
-    thrown: bool = False
+    thrown: float = 0.0
+    crossed: bool = False
 
 
 ACTS = (Act(0.0, False), Act(0.0, True), Act(5.0, True), Act(5.0, True, torn=True), Act(5.0, False))
-LAYERED = (Act(0.0, False, thrown=True), Act(0.0, False), *ACTS)
-"""With the cloth in folds that meet at once, and pass through each other in part."""
-THROW = 20.0
-"""m/s, of one half of the cloth toward the other."""
+LAYERED = (*ACTS, Act(0.0, False, thrown=2.0), Act(0.0, False, thrown=400.0), Act(0.0, False, thrown=1.0, crossed=True))
 
 
 @dataclass(frozen=True)
@@ -107,7 +105,7 @@ def rehearse(kind: Kind, build: Callable[..., Any]) -> tuple[StepReport, ...]:
         if act.torn:
             state = replace(state, position=2.0 * state.position)
         if act.thrown:
-            state = _thrown(state)
+            state = _thrown(solver.initial_state(), act)
         state = solver.step(state, _inputs(act, ends, 1e-3 * number))
         reports.append(solver.report)
     return tuple(reports)
@@ -128,14 +126,14 @@ def _inputs(act: Act, ends: tuple[np.ndarray, ...], shift: float) -> Inputs:
     return Inputs(grasps=grasps, wind=wind, obstacles=obstacles)
 
 
-def _thrown(state: State) -> State:
-    """A cloth laid together, one end of it through the other half, that flies on."""
+def _thrown(state: State, act: Act) -> State:
+    """A cloth laid together whose upper half flies down, or has one end in the other half already."""
     place, velocity = state.position.copy(), state.velocity.copy()
     upper = place[:, 0] > 0.0
-    place[upper, 2] += 0.5 * SPACING + 0.2 * (place[upper, 1] - 0.5 * place[:, 1].max())
+    place[upper] += (0.0, 0.3 * SPACING, 0.1 * SPACING)
     place[upper, 0] *= -1.0
-    place[upper, 1] += 0.3 * SPACING
-    velocity[upper, 2] = -THROW
+    place[upper, 2] += act.crossed * 0.5 * place[upper, 1]
+    velocity[upper, 2] = -act.thrown
     return replace(state, position=place, velocity=velocity)
 
 

@@ -16,7 +16,7 @@ class StepReport:
             as if they had turned against each other as far as they can: it may be sqrt(1 + |sin 2a|) as long, at an
             angle a to the warp, on threads that are not stretched at all.
         contacts: pairs of vertex and obstacle in touch at the end.
-        self_contacts: pairs of vertex and triangle, or of edges, of the cloth in touch at the end.
+        self_contacts: pairs of vertex and triangle, or of edges, of the cloth in touch in one of the substeps, at most.
         crossings: places where the cloth crossed itself at the beginning, twice for an edge of two triangles.
         held: vertices pinned or grasped.
         out_of_time: the caller's clock cut the passes short.

@@ -164,5 +164,5 @@ class Model:
         rest_speed = 3.0 * substep.h * float(np.linalg.norm(substep.gravity))
         self.contacts.settle_velocity(settled, velocity, position, substep.h, rest_speed)
         if self.self_contacts is not None:
-            self.self_contacts.settle_velocity(settled)
+            self.self_contacts.settle_velocity(settled, start)
         return settled

@@ -8,7 +8,7 @@ from cloth_core.kernels import inline_kernel, kernel
 from cloth_core.kernels.closest import between
 
 IDLE = 0.02
-"""Share of the target that a pair may lack and be passed over: another sweep would not be seen."""
+"""Share of the target that a pair which was pushed already may lack: another push would not be seen."""
 
 
 @inline_kernel
@@ -51,7 +51,7 @@ def push_apart(
         nx, ny, nz = normal[c, 0], normal[c, 1], normal[c, 2]
         dx, dy, dz = between(position, p, q, r, s, wp, wq, wr, ws)
         lacking = target[c] - (dx * nx + dy * ny + dz * nz)
-        if lacking <= IDLE * target[c]:
+        if lacking <= (IDLE * target[c] if pushed[c] > 0.0 else 0.0):
             continue
         pushed[c] += lacking
         most = max(most, lacking)
@@ -73,18 +73,23 @@ def push_apart(
 
 
 @kernel
-def end_impacts(velocity, vertex, weight, normal, inverse_mass, mobility, pushed, count):
-    """Take the speed along the normal out of pairs that were pushed, in ``velocity`` (V, 3) m/s.
+def end_impacts(velocity, start, vertex, weight, normal, target, inverse_mass, mobility, pushed, count, h):
+    """End what was pushed as an inelastic impact, in ``velocity`` (V, 3) m/s, after a substep of ``h`` s.
 
-    Impacts are inelastic, and what pushes apart corrects a place and is no impulse.
+    Pairs approach no more; nor do they part with the speed by which they were brought from where they stood at the
+    ``start`` (V, 3) m to their ``target``: that corrects a place and is no impulse. Any other speed at which they part
+    is theirs. Once forth and once back, for pairs have vertices in common.
     """
-    for c in range(count):
+    for n in range(2 * count):
+        c = n if n < count else 2 * count - 1 - n
         if pushed[c] <= 0.0 or mobility[c] <= 0.0:
             continue
+        p, q, r, s = vertex[c, 0], vertex[c, 1], vertex[c, 2], vertex[c, 3]
+        wp, wq, wr, ws = weight[c, 0], weight[c, 1], weight[c, 2], weight[c, 3]
         nx, ny, nz = normal[c, 0], normal[c, 1], normal[c, 2]
-        dx, dy, dz = between(
-            velocity, vertex[c, 0], vertex[c, 1], vertex[c, 2], vertex[c, 3],
-            weight[c, 0], weight[c, 1], weight[c, 2], weight[c, 3],
-        )  # fmt: skip
-        along = -(dx * nx + dy * ny + dz * nz) / mobility[c]
+        dx, dy, dz = between(velocity, p, q, r, s, wp, wq, wr, ws)
+        bx, by, bz = between(start, p, q, r, s, wp, wq, wr, ws)
+        parting = dx * nx + dy * ny + dz * nz
+        corrected = max(0.0, target[c] - (bx * nx + by * ny + bz * nz)) / h
+        along = -min(parting, corrected if n < count else 0.0) / mobility[c]
         shift(velocity, vertex, weight, inverse_mass, c, along * nx, along * ny, along * nz)

@@ -107,8 +107,8 @@ def _sides(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
     number = np.repeat(np.arange(len(triangles)), 3)
     order = np.lexsort((ends[:, 1], ends[:, 0]))
     ends, number = ends[order], number[order]
-    again = np.r_[False, (ends[1:] == ends[:-1]).all(axis=1)] if len(ends) else np.zeros(0, bool)
+    again = np.r_[False, (ends[1:] == ends[:-1]).all(axis=1)][: len(ends)]
     first = np.flatnonzero(~again)
-    last = np.r_[first[1:], len(ends)] - 1
+    last = np.r_[first[1:], len(ends)][: len(first)] - 1
     length = np.linalg.norm(position[ends[first, 1]] - position[ends[first, 0]], axis=1)
     return number[first], np.where(last > first, number[last], -1), length

@@ -119,7 +119,9 @@ class Restraint:
         for _ in range(WELDS):
             if threads:
                 weld_overlong(start, end, limited, longest, *bodies)
-            crossing = layers.passing(start, end) if layers is not None else ()
-            if len(crossing) == 0:
+            if layers is None:
                 break
-            weld_rows(start, end, crossing, *bodies)
+            passing = layers.passing(start, end)
+            weld_rows(start, end, passing, *bodies)
+            if len(passing) == 0:
+                break

@@ -31,7 +31,9 @@ class SelfContacts(HeldMasses):
     """The pairs of vertex and triangle, and of edges, that touch in the substep at hand.
 
     A step begins with :meth:`begin_step`; each substep goes through :meth:`find`, some :meth:`sweep`,
-    :meth:`keep_apart` and :meth:`settle_velocity`; what is not :attr:`are_apart` then has to move as one body.
+    :meth:`keep_apart` and :meth:`settle_velocity`. Unless all :attr:`are_apart` at once, some may have to move as one.
+
+    ``touching`` pairs, at most, were pushed apart in one of the substeps of the step; ``crossings`` it began with.
 
     Args:
         mesh: the cloth; without triangles it never touches itself.
@@ -74,11 +76,6 @@ class SelfContacts(HeldMasses):
         self._mobility, self._pushed, self._spent = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
         self._counts = np.zeros(2, np.int64)
 
-    @property
-    def touching(self) -> int:
-        """Pairs that were pushed apart in this substep."""
-        return int(np.count_nonzero(self._pushed[: self._count]))
-
     def begin_step(self, position: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
         """Look ahead ``time`` s from (V, 3) ``position`` m at ``velocity`` m/s: which leaves may meet.
 
@@ -86,7 +83,7 @@ class SelfContacts(HeldMasses):
             The position to begin with: where the cloth crosses itself, a little on its way out.
         """
         self._until, self._now = time, 0.0
-        self._searches = self._passed = self._welded = 0
+        self._searches = self._passed = self._welded = self.touching = 0
         self.are_apart = True
         self._search(position, velocity)
         self.crossings = self._find_crossings(position)
@@ -198,15 +195,15 @@ class SelfContacts(HeldMasses):
 
     def keep_apart(self, start: np.ndarray, end: np.ndarray) -> None:
         """Push back what would pass through on the way from ``start`` to ``end`` (V, 3) m, in place, a few times."""
-        self.are_apart = False
-        for _ in range(ROUNDS):
+        for number in range(ROUNDS):
             before = self._count
             if self._add_impacts(start, end) == 0:
-                self.are_apart = True
+                self.are_apart = number == 0
                 return
             self._passed += self._count - before
             for sweep in range(SWEEPS):
                 self._push(start, end, 0 if sweep % 2 else before, sweep % 2 == 1)
+        self.are_apart = False
 
     def passing(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
         """(N, 4) vertices of the pairs that still pass through on the way from ``start`` to ``end`` (V, 3) m."""
@@ -237,10 +234,12 @@ class SelfContacts(HeldMasses):
             for array, old in zip((*self._contact, self._mobility, self._pushed, self._spent), kept, strict=True):
                 array[:before] = old
 
-    def settle_velocity(self, velocity: np.ndarray) -> None:
-        """Take the speed of impacts, and of pushes, out of ``velocity`` (V, 3) m/s in place."""
+    def settle_velocity(self, velocity: np.ndarray, start: np.ndarray) -> None:
+        """End impacts in ``velocity`` (V, 3) m/s in place, after a substep from ``start`` (V, 3) m."""
         if self._count:
-            vertex, weight, normal, _ = self._contact
+            self.touching = max(self.touching, int(np.count_nonzero(self._pushed[: self._count])))
+            vertex, weight, normal, target = self._contact
             response.end_impacts(
-                velocity, vertex, weight, normal, self._inverse_mass, self._mobility, self._pushed, self._count
-            )
+                velocity, start, vertex, weight, normal, target,
+                self._inverse_mass, self._mobility, self._pushed, self._count, self._h,
+            )  # fmt: skip
