@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+FLAT = 1e-9
+"""Sine of an angle below which an edge lies in the plane of a triangle."""
+
 
 def crossing_triangles(position: np.ndarray, triangles: np.ndarray) -> int:
     """Pairs of triangles without common vertex that cross, at ``position`` (V, 3) m; 0 is clean.
@@ -39,7 +42,8 @@ def _runs_through(start: np.ndarray, end: np.ndarray, triangle: np.ndarray) -> n
     u_side, v_side = triangle[:, 1] - corner, triangle[:, 2] - corner
     p = np.cross(along, v_side)
     determinant = (u_side * p).sum(axis=1)
-    askew = determinant != 0.0
+    size = np.linalg.norm(along, axis=1) * np.linalg.norm(u_side, axis=1) * np.linalg.norm(v_side, axis=1)
+    askew = np.abs(determinant) > FLAT * size  # what lies in one plane but for rounding does not cross
     share = 1.0 / np.where(askew, determinant, 1.0)
     away = start - corner
     q = np.cross(away, u_side)

@@ -17,6 +17,8 @@ from cloth_core.kernels import inline_kernel, kernel
 PLACE, WAY, NORMAL, EXTENTS = 0, 3, 6, 9
 UPRIGHT = 0.2
 """Least cosine between a patch's mean normal and any of its normals, for it to be called smooth."""
+SQUEEZED = 0.4
+"""Share of its area at rest."""
 DEEP = 4096
 """Room for the patches still to be looked at: more than four to every level of any tree."""
 
@@ -32,9 +34,22 @@ def triangle_normal(x, p, q, r):
     return nx * share, ny * share, nz * share
 
 
+@inline_kernel
+def doubled_area(x, p, q, r):
+    """Twice the area of a triangle, m^2."""
+    ux, uy, uz = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
+    vx, vy, vz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return math.sqrt(nx * nx + ny * ny + nz * nz)
+
+
 @kernel
-def fit_triangles(before, after, triangles, low, high):
-    """Boxes (T, 9) of the triangles on the ways of their corners from ``before`` to ``after`` (V, 3) m."""
+def fit_triangles(before, after, triangles, area, low, high):
+    """Boxes (T, 9) of the triangles on the ways of their corners from ``before`` to ``after`` (V, 3) m.
+
+    What is squeezed to a ``SQUEEZED`` share of its ``area`` (T,) m^2 at rest faces anywhere: in its own plane, too, a
+    cloth may be pushed upon itself.
+    """
     for t in range(triangles.shape[0]):
         p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         for a in range(3):
@@ -48,6 +63,9 @@ def fit_triangles(before, after, triangles, low, high):
         for a in range(3):
             low[t, NORMAL + a] = min(first[a], second[a])
             high[t, NORMAL + a] = max(first[a], second[a])
+        if min(doubled_area(before, p, q, r), doubled_area(after, p, q, r)) < 2.0 * SQUEEZED * area[t]:
+            low[t, NORMAL:] = -1.0
+            high[t, NORMAL:] = 1.0
 
 
 @kernel

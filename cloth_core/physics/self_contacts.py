@@ -47,7 +47,7 @@ class SelfContacts(HeldMasses):
         self._mass, self._config, self._friction = mass, config, material.friction
         self._patches = patches(mesh.rest_position, mesh.triangles, mesh.component)
         features = Features.of(mesh, self._patches)
-        self._sheet = features.sheet
+        self._sheet, self._area = features.sheet, mesh.triangle_area
         self._edge = features.mean_edge
         self.thickness = max(material.thickness, LEAST_THICKNESS * self._edge)
         self._far = 2.0 * (self.thickness + features.longest_edge)
@@ -116,7 +116,7 @@ class SelfContacts(HeldMasses):
         self._strayed = 0.0
         self._searches += 1
         margin, tree = self.thickness + 2.0 * self._skin, self._patches
-        hierarchy.fit_triangles(position, after, self._sheet[2], self._low, self._high)
+        hierarchy.fit_triangles(position, after, self._sheet[2], self._area, self._low, self._high)
         hierarchy.fit_patches(
             self._low, self._high, tree.order, tree.leaf_start, self._patch_low, self._patch_high
         )

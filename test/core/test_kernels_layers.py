@@ -136,7 +136,7 @@ def searched(mesh: ClothMesh, before: np.ndarray, after: np.ndarray, margin: flo
     tree, triangles = patches(mesh.rest_position, mesh.triangles, mesh.component), mesh.triangles.astype(np.uint32)
     leaves, nodes = len(tree.leaf_start) - 1, len(tree.compact)
     low, high, patch_low, patch_high = (np.empty((n, 9)) for n in (len(triangles),) * 2 + (nodes,) * 2)
-    hierarchy.fit_triangles(before, after, triangles, low, high)
+    hierarchy.fit_triangles(before, after, triangles, mesh.triangle_area, low, high)
     hierarchy.fit_patches(low, high, tree.order, tree.leaf_start, patch_low, patch_high)
     pair = np.empty((10**5, 2), np.int32)
     count = hierarchy.meeting_leaves(
