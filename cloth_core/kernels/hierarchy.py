@@ -15,7 +15,7 @@ import numpy as np
 from cloth_core.kernels import inline_kernel, kernel
 
 PLACE, WAY, NORMAL, EXTENTS = 0, 3, 6, 9
-UPRIGHT = 0.2
+UPRIGHT = 0.5
 """Least cosine between a patch's mean normal and any of its normals, for it to be called smooth."""
 SQUEEZED = 0.4
 """Share of its area at rest."""

@@ -22,11 +22,13 @@ class Features:
             uint32, their order in the leaves, where each leaf begins in it, where in the next, vertices uint32, where
             in the next, edges (E, 2) uint32.
         mean_edge: m.
+        short_edge: m; one in twenty is shorter.
         longest_edge: m.
     """
 
     sheet: tuple[np.ndarray, ...]
     mean_edge: float
+    short_edge: float
     longest_edge: float
 
     @classmethod
@@ -49,6 +51,7 @@ class Features:
         return cls(
             sheet=sheet,
             mean_edge=float(length.mean()) if len(length) else 0.0,
+            short_edge=float(np.percentile(length, 5.0)) if len(length) else 0.0,
             longest_edge=float(length.max()) if len(length) else 0.0,
         )
 

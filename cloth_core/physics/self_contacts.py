@@ -15,10 +15,9 @@ from cloth_core.physics.stretch_limit import HeldMasses
 LEAST_THICKNESS = 0.05
 """Least thickness that is computed with, as a share of the mean edge: what is thinner, gravity presses through in one
 substep, and the wrinkles of a cell are higher."""
-SKIN = 0.25
-"""By how much vertices may stray from where they were going before pairs are sought anew, as a share of that edge."""
-CALM = 1.0
-"""The same as a share of the thickness, where nothing moves fast."""
+SKIN = 0.15
+"""By how much vertices may stray from where they were going before pairs are sought anew, as a share of a short edge:
+what was smooth is so still."""
 ROUNDS = 4
 """Of pushing back what would pass through."""
 WAY_OUT = 0.2
@@ -48,7 +47,7 @@ class SelfContacts(HeldMasses):
         self._patches = patches(mesh.rest_position, mesh.triangles, mesh.component)
         features = Features.of(mesh, self._patches)
         self._sheet, self._area = features.sheet, mesh.triangle_area
-        self._edge = features.mean_edge
+        self._edge, self._skin = features.mean_edge, SKIN * features.short_edge
         self.thickness = max(material.thickness, LEAST_THICKNESS * self._edge)
         self._far = 2.0 * (self.thickness + features.longest_edge)
         triangles, nodes = len(mesh.triangles), len(self._patches.compact)
@@ -112,7 +111,6 @@ class SelfContacts(HeldMasses):
         """List the leaves that may meet in the rest of the step."""
         self._origin, self._velocity, self._since = position.copy(), velocity.copy(), self._now
         after = position + (self._until - self._now) * velocity
-        self._skin = max(SKIN * self._edge, CALM * self.thickness)
         self._strayed = 0.0
         self._searches += 1
         margin, tree = self.thickness + 2.0 * self._skin, self._patches
