@@ -71,7 +71,9 @@ def main() -> None:
     parser.add_argument("--scenes", nargs="+", choices=list(SCENES), default=list(SCENES))
     parser.add_argument("--every", type=int, default=5, help="frames from one count of crossings to the next")
     options = parser.parse_args()
-    print("            crossing pairs: at the end, worst in % and number; ms a frame with, without, more; stretch of both")
+    print(
+        "            crossing pairs: at the end, worst in % and number; ms a frame with, without, more; stretch of both"
+    )
     print("scene    side    end  worst %  worst     with  without     more  stretch  without  frames")
     for name in options.scenes:
         print(row(name, options.side, options.every), flush=True)

@@ -43,7 +43,7 @@ PATIENCE = {"one": 0.0, "other": 10.0}
 class Act:
     """One step: how far the hands are ``away`` to either side, m, whether ``closed``, what happens to the cloth.
 
-    It may be ``torn`` to twice its size, or laid together and ``thrown`` upon itself, m/s; ``crossed`` at first, or not.
+    It may be ``torn`` to twice its size, or laid together, ``crossed`` or not, and ``thrown`` upon itself, m/s.
     """
 
     away: float
@@ -74,9 +74,7 @@ class Kind:
     layered: bool = False
 
 
-def kinds(
-    mesh: ClothMesh, material: Material, config: SolverConfig, precisions: frozenset[np.dtype]
-) -> Iterator[Kind]:
+def kinds(mesh: ClothMesh, material: Material, config: SolverConfig, precisions: frozenset[np.dtype]) -> Iterator[Kind]:
     """What a solver has to rehearse: one kind for each of the ``precisions`` that its operators are kept in."""
     cloth = "sheet" if mesh.is_membrane(material) else "grid" if len(mesh.triangle_slope) else "net"
     for single in sorted(precision == np.float32 for precision in precisions):

@@ -11,7 +11,11 @@ from cloth_core.kernels.closest import closest_weights, separation, toward
 from cloth_core.kernels.narrow import height, note
 
 MISS = 1e-6
-"""By how much two features may miss each other and still count as meeting, as a share of their distance to the third."""
+"""By how much two features may miss each other and still count as meeting, as a share of their size."""
+TOUCHING = 1e-9
+"""m, what is closer has no side that rounding could not take away."""
+GROWTH = 0.1
+"""Share of what impacts shall keep by which a pair comes apart that is closer than that already."""
 HALVINGS = 60
 
 
@@ -32,7 +36,7 @@ def volume(start, end, p, q, r, s, t):
 
 @kernel
 def turning_points(a, b, c, d):
-    """Where a cubic with the values ``a``, ``b``, ``c``, ``d`` at 0, 1/3, 2/3 and 1 turns within that; 1 if it does not."""
+    """Where a cubic with the values ``a``, ``b``, ``c``, ``d`` at 0, 1/3, 2/3 and 1 turns within that, else 1."""
     k3 = 4.5 * (d - 3.0 * c + 3.0 * b - a)
     k2 = 4.5 * (2.0 * a - 5.0 * b + 4.0 * c - d)
     k1 = 0.5 * (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d)
@@ -75,8 +79,8 @@ def flat_moment(start, end, p, q, r, s, low, high):
 def meeting(start, end, p, q, r, s, edges, place):
     """The share of their way at which the two features of a pair meet first; -1 if they do not.
 
-    The vertices lie in a plane then (Bridson, Fedkiw and Anderson 2002): a cubic equation. ``place`` (V, 3) m of the four
-    is left as it is at that moment.
+    The vertices lie in a plane then (Bridson, Fedkiw and Anderson 2002): a cubic equation. ``place`` (V, 3) m of the
+    four is left as it is at that moment.
     """
     parts = np.array([0.0, 1.0, 1.0, 1.0])
     parts[1], parts[2] = turning_points(
@@ -129,28 +133,28 @@ def may_pass(start, end, p, q, r, s, edges, tangled):
     if first and second:
         return False
     nx, ny, nz, distance = toward(start, p, q, r, s, edges)
-    return distance > 0.0 and separation(end, p, q, r, s, edges, nx, ny, nz) <= 0.0
+    return distance > TOUCHING and separation(end, p, q, r, s, edges, nx, ny, nz) <= 0.0
 
 
 @kernel
 def add_impact(start, end, place, p, q, r, s, edges, keep, contact, count):
-    """Add the pair as a contact that keeps ``keep`` m, or half of what is there, if it would meet; the new number."""
+    """Add the pair as a contact that keeps up to ``keep`` m if it would meet; returns the new number."""
     distance = toward(start, p, q, r, s, edges)[3]
     if meeting(start, end, p, q, r, s, edges, place) < 0.0:
         return count
     wp, wq, wr, ws, nx, ny, nz = impact_normal(start, end, place, p, q, r, s, edges)
-    return note(contact, count, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, min(keep, 0.5 * distance))
+    return note(contact, count, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, min(keep, distance + GROWTH * keep))
 
 
 @kernel
 def find_impacts(start, end, place, sheet, pair, apart, moved, tangled, keep, contact, count):
     """List after contact number ``count`` what meets on straight ways from ``start`` to ``end`` (V, 3) m.
 
-    Leaves are passed over if they are ``apart`` (P,) m on the way that was predicted, by more than they ``moved`` (L,) m
-    from there. Impacts keep ``keep`` m; the other arguments are those of
+    Leaves are passed over if they are ``apart`` (P,) m on the way that was predicted, by more than they ``moved``
+    (L,) m from there. Impacts keep ``keep`` m; the other arguments are those of
     :func:`~cloth_core.kernels.narrow.find_contacts`. Returns the number of contacts.
     """
-    rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
+    _rest, _piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
     for m in range(pair.shape[0]):
         a, b = pair[m, 0], pair[m, 1]
         if apart[m] - moved[a] - moved[b] > 0.0:

@@ -103,8 +103,8 @@ def is_in(start, end, v, low, high, leaf, margin):
 @inline_kernel
 def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, tangled, contact, count):
     """Add the contacts of the vertices of leaf ``first`` with the triangles of leaf ``second``; returns how many."""
-    rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
-    face, box_low, box_high, upward = fit
+    rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, _edge_start, _own_edge = sheet
+    face, box_low, box_high, _upward = fit
     listed = (1.0 + SLACK) * thickness
     for m in range(vertex_start[first], vertex_start[first + 1]):
         p = own_vertex[m]
@@ -134,7 +134,7 @@ def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, ta
 @inline_kernel
 def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled, contact, count):
     """Add the contacts of the edges of leaf ``first`` with those of leaf ``second``; returns how many there are."""
-    rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
+    rest, piece, _, _, _, _, _, edge_start, own_edge = sheet
     keep = EDGES * thickness
     listed = (1.0 + SLACK) * keep
     for k in range(edge_start[first], edge_start[first + 1]):
@@ -199,7 +199,7 @@ def find_contacts(
         counts: (2,) how many stand in each; only as many as there is room for are written.
     """
     vertex, weight, normal, target = contact
-    face, box_low, box_high, upward = fit
+    _, box_low, box_high, upward = fit
     half = target.shape[0] // 2
     total = pair.shape[0]
     listed = (1.0 + SLACK) * thickness
@@ -215,9 +215,7 @@ def find_contacts(
             nx, ny, nz = leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2]
             now = gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz)
             if now < EDGES * listed:
-                best, nx, ny, nz = best_direction(
-                    start, corner_start, corner, box_low, box_high, upward, a, b, listed
-                )
+                best, nx, ny, nz = best_direction(start, corner_start, corner, box_low, box_high, upward, a, b, listed)
                 best = min(best, leaf_gap(end, corner_start, corner, a, b, nx, ny, nz))
                 if best > now:
                     now = best

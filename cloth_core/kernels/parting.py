@@ -107,9 +107,7 @@ def part_leaves(before, after, corner_start, corner, low, high, upward, margin, 
     for share in prange(SHARES):
         for p in range(count * share // SHARES, count * (share + 1) // SHARES):
             a, b = pair[p, 0], pair[p, 1]
-            best, nx, ny, nz = best_direction(
-                before, corner_start, corner, low, high, upward, a, b, 2.0 * margin
-            )
+            best, nx, ny, nz = best_direction(before, corner_start, corner, low, high, upward, a, b, 2.0 * margin)
             normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
             gap[p] = min(best, leaf_gap(after, corner_start, corner, a, b, nx, ny, nz))
 

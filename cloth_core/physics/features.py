@@ -18,9 +18,9 @@ class Features:
     models using representative-triangles").
 
     Args:
-        sheet: what kernels want of the mesh: positions at rest (V, 3) m, the piece of each vertex (V,), triangles (T, 3)
-            uint32, their order in the leaves, where each leaf begins in it, where in the next, vertices uint32, where
-            in the next, edges (E, 2) uint32.
+        sheet: what kernels want of the mesh: positions at rest (V, 3) m, the piece of each vertex (V,), triangles
+            (T, 3) uint32, their order in the leaves, where each leaf begins in it, where in the next, vertices uint32,
+            where in the next, edges (E, 2) uint32.
         mean_edge: m.
         short_edge: m; one in twenty is shorter.
         longest_edge: m.

@@ -1,4 +1,4 @@
-"""The cloth against itself, and against other cloths: pieces of one mesh (issue of no obstacle, equal on both sides)."""
+"""The cloth against itself, and against other cloths, which are pieces of one mesh."""
 
 from __future__ import annotations
 
@@ -115,9 +115,7 @@ class SelfContacts(HeldMasses):
         self._searches += 1
         margin, tree = self.thickness + 2.0 * self._skin, self._patches
         hierarchy.fit_triangles(position, after, self._sheet[2], self._area, self._low, self._high)
-        hierarchy.fit_patches(
-            self._low, self._high, tree.order, tree.leaf_start, self._patch_low, self._patch_high
-        )
+        hierarchy.fit_patches(self._low, self._high, tree.order, tree.leaf_start, self._patch_low, self._patch_high)
         while True:
             count = hierarchy.meeting_leaves(
                 len(tree.leaf_start) - 1, tree.compact, tree.beside_start, tree.beside,
@@ -140,14 +138,12 @@ class SelfContacts(HeldMasses):
         )
 
     def _follow(self, position: np.ndarray, time: float) -> bool:
-        """Note how far vertices strayed by ``time`` s in the step; returns whether the pairs are still all there are."""
-        self._strayed = max(
-            self._strayed, parting.stray(position, self._origin, self._velocity, time - self._since)
-        )
+        """Note how far vertices strayed by ``time`` s in the step; returns whether all pairs are still known."""
+        self._strayed = max(self._strayed, parting.stray(position, self._origin, self._velocity, time - self._since))
         return self._strayed <= self._skin
 
     def find(self, start: np.ndarray, predicted: np.ndarray, h: float, number: int) -> None:
-        """List what may touch on the way from ``start`` to about ``predicted`` (V, 3) m, in substep ``number`` of ``h`` s."""
+        """List what may touch from ``start`` to about ``predicted`` (V, 3) m, in substep ``number`` of ``h`` s."""
         self._h, self._now = h, number * h
         if not (self._follow(start, self._now) and self._follow(predicted, self._now + h)):
             self._search(start, (predicted - start) / h)

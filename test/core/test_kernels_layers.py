@@ -143,9 +143,7 @@ def searched(mesh: ClothMesh, before: np.ndarray, after: np.ndarray, margin: flo
         leaves, tree.compact, tree.beside_start, tree.beside, patch_low, patch_high, margin, pair
     )
     fit = tuple(np.empty((n, 3)) for n in (len(triangles), leaves, leaves, leaves))
-    parting.fit_leaves(
-        before, after, triangles, tree.order, tree.leaf_start, tree.corner_start, tree.corner, *fit
-    )
+    parting.fit_leaves(before, after, triangles, tree.order, tree.leaf_start, tree.corner_start, tree.corner, *fit)
     normal, gap = np.empty((count, 3)), np.empty(count)
     listed = (pair[:count], normal, gap)
     parting.part_leaves(before, after, tree.corner_start, tree.corner, *fit[1:], margin, *listed)
@@ -221,5 +219,3 @@ def test_every_triangle_stands_in_one_leaf_and_neighbours_know_each_other():
         n = leaves - 1 + a
         beside = tree.beside[tree.beside_start[n] : tree.beside_start[n + 1]]
         assert (leaves - 1 + b in beside) == bool(edges[a] & edges[b])
-
-

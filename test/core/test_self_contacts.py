@@ -49,7 +49,7 @@ def test_two_layers_rest_a_thickness_apart_and_are_quiet(integrator, thickness):
     shell = SolverConfig().contact_shell
     below = ClothMesh.grid(width=0.36, height=0.36, columns=12, rows=12)
     above = twins.sheets((0.011, 0.007, 3.0 * thickness), side=0.3)
-    place = np.concatenate([below.rest_position, above.rest_position]) + (0.0, 0.0, shell)
+    place = np.concatenate([below.rest_position, above.rest_position]) + np.array((0.0, 0.0, shell))
     mesh = ClothMesh.from_triangles(place, np.concatenate([below.triangles, above.triangles + below.vertex_count]))
     solver = layered(mesh, integrator, {"floor": Plane()}, thickness=thickness)
     state = play(solver, solver.initial_state(), 75)
@@ -67,7 +67,7 @@ def incline(tangent: float, seconds: float) -> tuple[float, float]:
     """How far, in m, a cloth slides on a held one that is inclined, and how far it should with friction 0.4."""
     below = ClothMesh.grid(width=0.6, height=0.3, columns=16, rows=8)
     above = ClothMesh.grid(width=0.2, height=0.2, columns=7, rows=7)
-    place = np.concatenate([below.rest_position, above.rest_position + (0.013, 0.007, THICKNESS)])
+    place = np.concatenate([below.rest_position, above.rest_position + np.array((0.013, 0.007, THICKNESS))])
     mesh = ClothMesh.from_triangles(place, np.concatenate([below.triangles, above.triangles + below.vertex_count]))
     solver = layered(mesh, friction=0.4)
     solver.pin(np.arange(below.vertex_count))
@@ -102,7 +102,7 @@ def folding() -> tuple[ClothSolver, State]:
     x[:, 1] += 0.02 * (way > 0)
     velocity = np.zeros_like(x)
     velocity[:, 2] = -1.5 * np.sign(way) * np.clip(beyond / 0.1, 0.0, 1.0)
-    return solver, replace(solver.initial_state(), position=x, velocity=velocity + (0.3, 0.2, 0.1))
+    return solver, replace(solver.initial_state(), position=x, velocity=velocity + np.array((0.3, 0.2, 0.1)))
 
 
 def colliding(integrator: str) -> tuple[ClothSolver, State]:
