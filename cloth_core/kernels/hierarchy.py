@@ -87,11 +87,11 @@ def fit_patches(triangle_low, triangle_high, order, leaf_start, low, high):
 
 
 @inline_kernel
-def are_smooth(low, high, a, b):
-    """Whether one direction is in front of all normals of the boxes ``a`` and ``b``."""
+def are_smooth(low, high, a, b, c):
+    """Whether one direction is in front of all normals of the boxes ``a``, ``b`` and ``c``."""
     least, square = 0.0, 0.0
     for k in range(NORMAL, EXTENTS):
-        below, above = min(low[a, k], low[b, k]), max(high[a, k], high[b, k])
+        below, above = min(low[a, k], low[b, k], low[c, k]), max(high[a, k], high[b, k], high[c, k])
         mean = 0.5 * (below + above)
         square += mean * mean
         least += mean * mean - abs(mean) * 0.5 * (above - below)
@@ -119,6 +119,16 @@ def is_beside(beside_start, beside, a, b):
 
 
 @kernel
+def are_joined(compact, beside_start, beside, low, high, a, b):
+    """Whether a patch beside both ``a`` and ``b`` is smooth with them: they meet at a corner, and all is one piece."""
+    for m in range(beside_start[a], beside_start[a + 1]):
+        c = beside[m]
+        if compact[c] and is_beside(beside_start, beside, c, b) and are_smooth(low, high, a, b, c):
+            return True
+    return False
+
+
+@kernel
 def meeting_leaves(leaves, compact, beside_start, beside, low, high, margin, pair):
     """List the pairs of ``leaves`` that may come within ``margin`` m of each other, in a fixed order.
 
@@ -136,8 +146,10 @@ def meeting_leaves(leaves, compact, beside_start, beside, low, high, margin, pai
         a, b = todo[waiting, 0], todo[waiting, 1]
         if a != b and not may_meet(low, high, a, low, high, b, margin):
             continue
-        if compact[a] and compact[b] and are_smooth(low, high, a, b):
+        if compact[a] and compact[b] and are_smooth(low, high, a, b, a):
             if a == b or is_beside(beside_start, beside, a, b):
+                continue
+            if are_joined(compact, beside_start, beside, low, high, a, b):
                 continue
         if a >= leaves - 1:
             if count < pair.shape[0]:
