@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import math
 
-from numba import prange
-
-from cloth_core.kernels import inline_kernel, shared_kernel
+from cloth_core.kernels import inline_kernel, kernel
 from cloth_core.kernels.closest import between, edge_edge, toward, vertex_triangle
 from cloth_core.kernels.parting import SHARES, best_direction, leaf_gap
 
@@ -172,7 +170,7 @@ def gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz):
     )
 
 
-@shared_kernel
+@kernel
 def find_contacts(
     start, end, sheet, fit, corner_start, corner, pair, leaf_normal, gap, apart, strayed,
     thickness, far, recover, tangled, contact, counts,
@@ -203,7 +201,7 @@ def find_contacts(
     half = target.shape[0] // 2
     total = pair.shape[0]
     listed = (1.0 + SLACK) * thickness
-    for share in prange(SHARES):
+    for share in range(SHARES):
         count, low, high = 0, half * share, half * (share + 1)
         mine = (vertex[low:high], weight[low:high], normal[low:high], target[low:high])
         for p in range(total * share // SHARES, total * (share + 1) // SHARES):

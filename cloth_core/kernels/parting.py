@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
-from cloth_core.kernels import inline_kernel, kernel, shared_kernel
+from cloth_core.kernels import inline_kernel, kernel
 from cloth_core.kernels.closest import along
 from cloth_core.kernels.hierarchy import triangle_normal
 
 SHARES = 2
-"""Of a loop over pairs, one for each thread of a small machine."""
+"""Of a loop over pairs, for threads to come: with ``prange`` the results differed from those of one thread."""
 
 
 @inline_kernel
@@ -39,14 +38,14 @@ def leaf_extent(x, corner_start, corner, a, nx, ny, nz):
     return least, most
 
 
-@shared_kernel
+@kernel
 def fit_leaves(before, after, triangles, order, leaf_start, corner_start, corner, face, low, high, upward):
     """Boxes ``low`` and ``high`` (L, 3) of leaves on their ways, and where they face before: ``upward`` (L, 3).
 
     ``face`` (T, 3) are the normals of the triangles, before.
     """
     count = leaf_start.shape[0] - 1
-    for share in prange(SHARES):
+    for share in range(SHARES):
         for leaf in range(count * share // SHARES, count * (share + 1) // SHARES):
             for a in range(3):
                 least, most = np.inf, -np.inf
@@ -97,14 +96,14 @@ def best_direction(before, corner_start, corner, low, high, upward, a, b, enough
     return best, bx, by, bz
 
 
-@shared_kernel
+@kernel
 def part_leaves(before, after, corner_start, corner, low, high, upward, margin, pair, normal, gap):
     """Find a direction ``normal`` (P, 3) that parts each ``pair`` (P, 2) of leaves, and the ``gap`` (P,) m it leaves.
 
     The gap is the least on the way from ``before`` to ``after`` (V, 3) m.
     """
     count = pair.shape[0]
-    for share in prange(SHARES):
+    for share in range(SHARES):
         for p in range(count * share // SHARES, count * (share + 1) // SHARES):
             a, b = pair[p, 0], pair[p, 1]
             best, nx, ny, nz = best_direction(before, corner_start, corner, low, high, upward, a, b, 2.0 * margin)
