@@ -6,7 +6,7 @@ from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.pose import Pose
-from cloth_core.report import StepReport
+from cloth_core.report import Slip, StepReport
 from cloth_core.solver import ClothSolver
 from cloth_core.state import Grip, State
 
@@ -23,6 +23,7 @@ __all__ = [
     "MeshWarning",
     "Pose",
     "SettingError",
+    "Slip",
     "SolverConfig",
     "State",
     "StepReport",

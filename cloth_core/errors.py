@@ -2,6 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+
+def shown(value: Any, most: int = 60) -> str:
+    """``value`` for a message: on one line, and cut where it is long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= most else text[: most - 3] + "..."
+
 
 class ClothError(ValueError):
     """Base of every error that this package raises on purpose."""

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from cloth_core.errors import InputError
+from cloth_core.errors import InputError, SettingError, shown
 from cloth_core.pose import Pose
-from cloth_core.settings import Settings, setting
+from cloth_core.settings import Settings, check_kind, check_named, setting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,7 +17,12 @@ class Grasp(Settings):
 
     Closing past ``close_at`` captures the vertices within ``radius`` of the frame's origin and holds
     them rigidly in that frame; opening below ``open_at`` releases them with the velocity they have.
+    In between it stays as it is; ``open_at`` equal to ``close_at`` makes a plain switch.
     A hand that goes farther than the cloth reaches leaves it behind, and loses it after ``slip_distance``.
+
+    Raises:
+        SettingError: a value has a wrong type or range, or ``open_at`` is above ``close_at``: in between, the hand
+            would open and close from step to step.
     """
 
     pose: Pose
@@ -35,6 +40,13 @@ class Grasp(Settings):
         high=10.0,
         help="how far beyond the reach of the cloth a hand may go before the cloth slips out of it",
     )
+
+    def __post_init__(self) -> None:
+        check_kind("pose", self.pose, Pose, "Pose((x, y, z)) (m)")
+        Settings.__post_init__(self)
+        if self.open_at > self.close_at:
+            allowed = f"allowed is 0 .. close_at, which is {self.close_at:g}"
+            raise SettingError("open_at", f"{self.open_at:g} is above close_at: {allowed}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +73,9 @@ class Inputs:
         wind: the air; no wind by default.
         obstacles: where declared obstacles stand at the end of the step; those not named stay.
         gravity: m/s^2.
+
+    Raises:
+        InputError: one of them has a wrong type; or gravity a wrong range.
     """
 
     grasps: Mapping[str, Grasp] = field(default_factory=dict)
@@ -69,10 +84,13 @@ class Inputs:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
 
     def __post_init__(self) -> None:
-        gravity = tuple(float(c) for c in self.gravity)
-        if len(gravity) != 3 or not all(abs(c) <= 1000.0 for c in gravity):
-            raise InputError(f"gravity {gravity} is not three numbers within +-1000 m/s^2")
-        object.__setattr__(self, "gravity", gravity)
+        try:
+            check_named("grasps", self.grasps, Grasp, "Grasp(pose=Pose((x, y, z)), closure=1.0)")
+            check_kind("wind", self.wind, Wind, "Wind(velocity=(x, y, z)) (m/s)")
+            check_named("obstacles", self.obstacles, Pose, "Pose((x, y, z)) (m)")
+        except SettingError as error:
+            raise InputError(str(error)) from None
+        object.__setattr__(self, "gravity", _acceleration(self.gravity))
 
     def as_mapping(self) -> dict[str, Any]:
         """Plain lists and numbers; :meth:`from_mapping` gives back bit-equal inputs, through JSON too."""
@@ -102,3 +120,14 @@ def pose_as_list(pose: Pose) -> list[float]:
 def pose_from_list(numbers: list[float]) -> Pose:
     """The pose that :func:`pose_as_list` wrote."""
     return Pose(tuple(numbers[:3]), tuple(numbers[3:]))
+
+
+def _acceleration(given: Any) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(c) for c in given)
+        if isinstance(given, str) or not all(abs(c) <= 1000.0 for c in (x, y, z)):
+            raise ValueError
+    except (TypeError, ValueError, OverflowError):
+        allowed = "three numbers within +-1000 m/s^2, such as (0.0, 0.0, -9.81)"
+        raise InputError(f"gravity {shown(given)} is not {allowed}") from None
+    return x, y, z

@@ -89,7 +89,7 @@ class Material(Settings):
         """
         if not isinstance(name, str) or name not in PRESETS:
             raise SettingError("preset", f"{name!r} is not one of {', '.join(PRESETS)}")
-        return cls(**{**PRESETS[name], **changes})
+        return cls.from_mapping({**PRESETS[name], **changes})
 
 
 # Stiffnesses of the stretchy knits are the slopes of the measured curves at small strain.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -14,7 +13,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from cloth_core.errors import MeshError, MeshWarning
+from cloth_core.errors import MeshError, MeshWarning, shown
 from cloth_core.material import Material
 from cloth_core.meshing import checks, files, grid, net, repair, sheet
 from cloth_core.meshing.areas import triangle_areas
@@ -196,7 +195,13 @@ class ClothMesh:
 
     @classmethod
     def from_trimesh(cls, mesh: object, **options: object) -> ClothMesh:
-        """A sheet from a ``trimesh.Trimesh``; keywords are those of :meth:`from_triangles`."""
+        """A sheet from a ``trimesh.Trimesh``; keywords are those of :meth:`from_triangles`.
+
+        Raises:
+            MeshError: that has no vertices and faces, or they are no sheet.
+        """
+        if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
+            raise MeshError(f"{shown(mesh)} is not a trimesh.Trimesh; ClothMesh.load(path) reads files")
         return cls.from_triangles(np.asarray(mesh.vertices), np.asarray(mesh.faces), **options)  # type: ignore[attr-defined,arg-type]
 
     @classmethod
@@ -212,14 +217,16 @@ class ClothMesh:
             MeshError: the file cannot be read, or what it holds cannot be mended (see :meth:`from_triangles`);
                 the message names the file and the elements.
         """
-        if not 0.0 < scale < math.inf:
-            raise MeshError(f"{path}: scale {scale} is not a positive number (m per unit of the file)")
+        if not isinstance(path, (str, Path)):
+            raise MeshError(f"path: {shown(path)} is not the path of a mesh file")
+        if not checks.is_positive(scale):
+            raise MeshError(f"{path}: scale {shown(scale)} is not a positive number (m per unit of the file)")
         try:
             position, triangles = files.read(Path(path))
             position, triangles, done = repair.mended(scale * position, triangles)
             mesh = cls.from_triangles(position, triangles)
         except MeshError as error:
-            raise MeshError(f"{path}: {error}") from error.__cause__
+            raise MeshError(f"{path}: {error}") from None
         for repaired in done:
             warnings.warn(f"{path}: {repaired}", MeshWarning, stacklevel=2)
         return mesh

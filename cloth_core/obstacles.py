@@ -49,6 +49,11 @@ class Obstacle(Settings):
         """Radius in m of a sphere around the frame's origin that holds the shape."""
         raise NotImplementedError
 
+    @property
+    def roundness(self) -> float:
+        """Least radius of curvature of the surface in m; 0 if it has edges."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plane(Obstacle):
@@ -81,6 +86,11 @@ class Plane(Obstacle):
         """A plane goes on for ever."""
         return float("inf")
 
+    @property
+    def roundness(self) -> float:
+        """A plane does not bend."""
+        return float("inf")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sphere(Obstacle):
@@ -96,6 +106,11 @@ class Sphere(Obstacle):
 
     @property
     def reach(self) -> float:
+        """The radius."""
+        return self.radius
+
+    @property
+    def roundness(self) -> float:
         """The radius."""
         return self.radius
 
@@ -119,6 +134,11 @@ class Box(Obstacle):
         """Half the space diagonal."""
         return float(np.linalg.norm(self.size))
 
+    @property
+    def roundness(self) -> float:
+        """A box has edges."""
+        return 0.0
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Capsule(Obstacle):
@@ -137,6 +157,11 @@ class Capsule(Obstacle):
     def reach(self) -> float:
         """Half the whole length."""
         return self.radius + 0.5 * self.length
+
+    @property
+    def roundness(self) -> float:
+        """The radius."""
+        return self.radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,6 +182,11 @@ class Ellipsoid(Obstacle):
     def reach(self) -> float:
         """The longest semi-axis."""
         return max(self.radii)
+
+    @property
+    def roundness(self) -> float:
+        """That at the end of the longest semi-axis, across the shortest."""
+        return min(self.radii) ** 2 / max(self.radii)
 
 
 SHAPES: dict[str, type[Obstacle]] = {

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from cloth_core.errors import InputError
+from cloth_core.errors import InputError, shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,15 +20,15 @@ class Pose:
         orientation: quaternion x, y, z, w; normalised here.
 
     Raises:
-        InputError: a component is not finite, or the quaternion is zero.
+        InputError: a component is no finite number, or the quaternion is zero.
     """
 
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        position = tuple(float(c) for c in self.position)
-        quaternion = tuple(float(c) for c in self.orientation)
+        position = _numbers("position", self.position, "three finite numbers within +-1e6 m")
+        quaternion = _numbers("orientation", self.orientation, "a quaternion (x, y, z, w)")
         if len(position) != 3 or not all(math.isfinite(c) and abs(c) <= 1e6 for c in position):
             raise InputError(f"position {position} m is not three finite numbers within +-1e6")
         length = math.sqrt(sum(c * c for c in quaternion)) if len(quaternion) == 4 else math.nan
@@ -111,3 +112,12 @@ class Pose:
             return target
         position = tuple(a + fraction * (b - a) for a, b in zip(self.position, target.position, strict=True))
         return Pose(position, self.turned(fraction * self.rotation_vector_to(target)))
+
+
+def _numbers(name: str, given: Any, allowed: str) -> tuple[float, ...]:
+    try:
+        if isinstance(given, str):
+            raise TypeError
+        return tuple(float(c) for c in given)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name} {shown(given)} is not {allowed}") from None

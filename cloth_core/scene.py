@@ -228,10 +228,7 @@ def _grasp(values: Any) -> Grasp:
     check_keys(values or {}, ("radius", "close_at", "open_at", "slip_distance", "position"))
     at = _numbers("position", (values or {}).get("position", (0, 0, 0)), 3, "m")
     settings = {key: value for key, value in (values or {}).items() if key != "position"}
-    grasp = Grasp(pose=Pose(at), **settings)  # type: ignore[arg-type]
-    if grasp.open_at >= grasp.close_at:
-        raise SettingError("open_at", f"{grasp.open_at:g} must be less than close_at, {grasp.close_at:g}")
-    return grasp
+    return Grasp(pose=Pose(at), **settings)  # type: ignore[arg-type]
 
 
 def _pins(values: Any, folder: Path) -> tuple[str, ...]:

@@ -12,9 +12,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from cloth_core.errors import SettingError
+from cloth_core.errors import SettingError, shown
 
 _Section = TypeVar("_Section", bound="Settings")
+NEAR = 0.75
+"""Likeness from which one name is taken for another misspelt."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,17 @@ class Settings:
 
     __slots__ = ()
 
+    def __new__(cls, *unnamed: Any, **values: Any) -> Settings:
+        """Refuse what has no name, or one that there is not, in the words of all settings."""
+        known, call = [field.name for field in dataclasses.fields(cls)], f"{cls.__name__}()"  # type: ignore[arg-type]
+        if unnamed:
+            raise SettingError("", f"{shown(unnamed[0])} has no name; known keys: {', '.join(known)}", call)
+        try:
+            check_keys(values, known)
+        except SettingError as error:
+            raise error.read_from(call) from None
+        return super().__new__(cls)
+
     def __post_init__(self) -> None:
         for name, known in self.settings():
             object.__setattr__(self, name, known.check(name, getattr(self, name)))
@@ -152,6 +165,22 @@ def check_keys(values: Any, known: Any) -> None:
         raise SettingError("", f"{values!r} is not a section with the keys {', '.join(known)}")
     for key in values:
         if key not in known:
-            near = difflib.get_close_matches(str(key), list(known), n=1)
+            near = difflib.get_close_matches(str(key), list(known), n=1, cutoff=NEAR)
             hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(known)}"
             raise SettingError(str(key), f"no such key; {hint}")
+
+
+def check_kind(key: str, value: Any, kind: type, instead: str) -> None:
+    """Refuse a ``value`` of another type; ``instead`` says what would be of that ``kind``."""
+    if not isinstance(value, kind):
+        raise SettingError(key, f"{shown(value)} is not of the type {kind.__name__}; write {instead}")
+
+
+def check_named(key: str, values: Any, kind: type, instead: str) -> None:
+    """Refuse anything but a mapping from names to values of that ``kind``."""
+    if not isinstance(values, Mapping):
+        raise SettingError(key, f"{shown(values)} does not map names to values; write {{'name': {instead}}}")
+    for name, value in values.items():
+        if not isinstance(name, str) or not name:
+            raise SettingError(key, f"{shown(name)} is no name; allowed are texts that are not empty")
+        check_kind(f"{key}.{name}", value, kind, instead)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cloth_core.arguments import check_arguments, with_plain_arrays
+from cloth_core.arguments import check_arguments, check_parts, check_state, with_plain_arrays
 from cloth_core.config import SolverConfig
 from cloth_core.errors import MeshError
 from cloth_core.inputs import Inputs
@@ -29,7 +29,8 @@ from cloth_core.physics.ways import Ways
 from cloth_core.pose import Pose
 from cloth_core.rehearsal import kinds, rehearse
 from cloth_core.report import StepReport
-from cloth_core.state import Grip, State
+from cloth_core.settings import check_kind
+from cloth_core.state import Grip, State, entry
 from cloth_core.substeps import Passes, Substeps
 
 
@@ -44,6 +45,10 @@ class ClothSolver:
         material: what it is made of.
         config: how it is computed.
         obstacles: what it collides with, by name.
+
+    Raises:
+        SettingError: one of them has a wrong type.
+        MeshError: a vertex has no mass.
     """
 
     def __init__(
@@ -54,11 +59,14 @@ class ClothSolver:
         *,
         obstacles: Mapping[str, Obstacle] | None = None,
     ) -> None:
+        material = Material() if material is None else material
+        config = SolverConfig() if config is None else config
+        check_parts(mesh, material, config, {} if obstacles is None else obstacles)
         self.mesh = mesh
         self.obstacles = dict(obstacles or {})
         self._pinned = np.zeros(0, dtype=np.int32)
         self._ways, self._assembly, self._plans = Ways(mesh), Assembly(mesh), Plans()
-        self._equip(material or Material(), config or SolverConfig())
+        self._equip(material, config)
 
     def _equip(self, material: Material, config: SolverConfig) -> None:
         """Take up what is not shared with solvers of other materials and configurations."""
@@ -97,10 +105,14 @@ class ClothSolver:
             config: how it is computed from now on; the same by default.
 
         Raises:
+            SettingError: one of them has a wrong type.
             MeshError: the mesh, this material and this substep cannot be computed together.
         """
+        material = self.material if material is None else material
+        config = self.config if config is None else config
+        check_parts(self.mesh, material, config, self.obstacles)
         other = copy.copy(self)
-        other._equip(material or self.material, config or self.config)
+        other._equip(material, config)
         other.prepare()
         return other
 
@@ -132,8 +144,14 @@ class ClothSolver:
         self._pin_exactly(np.setdiff1d(self._pinned, gone))
 
     def initial_state(self, pose: Pose | None = None) -> State:
-        """The cloth at rest in its rest shape, placed by ``pose``."""
-        position = np.ascontiguousarray((pose or Pose()).apply(self.mesh.rest_position))
+        """The cloth at rest in its rest shape, placed by ``pose``.
+
+        Raises:
+            SettingError: that is no pose.
+        """
+        pose = Pose() if pose is None else pose
+        check_kind("pose", pose, Pose, "Pose((x, y, z)) (m)")
+        position = np.ascontiguousarray(pose.apply(self.mesh.rest_position))
         return State(position, np.zeros_like(position), obstacles={n: o.pose for n, o in self.obstacles.items()})
 
     def prepare(self, state: State | None = None) -> None:
@@ -172,9 +190,10 @@ class ClothSolver:
 
         Raises:
             InputError: an obstacle that this solver does not have, ``sweeps`` of another length, or a state that
-                is not finite or not of this cloth and its obstacles.
+                is not finite, beyond ``FARTHEST`` or ``FASTEST`` of :mod:`cloth_core.state`, or not of this cloth
+                and its obstacles.
         """
-        check_arguments(state, inputs, sweeps, self.mesh.vertex_count, self.obstacles, self.substeps)
+        check_arguments(state, inputs, sweeps, self.mesh, self.obstacles, self.substeps)
         state, model = with_plain_arrays(state), self._prepared()
         grips = update_grips(state.grips, inputs.grasps, state.position, self._pinned)
         empty = tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip))
@@ -187,8 +206,8 @@ class ClothSolver:
 
         passes = Passes(self.sweeps, sweeps, out_of_time)
         motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes)
-        grips_after, slipped = hands.end()
-        layers, recovered = model.self_contacts, not motion.is_finite
+        grips_after, slips = hands.end()
+        layers, recovered = model.self_contacts, not motion.is_sound
         if recovered:
             motion = replace(motion, position=state.position.copy(), velocity=np.zeros_like(state.velocity), history={})
         self.report = StepReport(
@@ -204,7 +223,7 @@ class ClothSolver:
             teleported=tuple(teleported),
             slowed=followed.slowed,
             taut=followed.taut,
-            slipped=slipped,
+            slips=slips,
             empty=empty,
             restrained=motion.restrained,
             recovered=recovered,
@@ -228,11 +247,14 @@ class ClothSolver:
 
         Raises:
             MeshError: the snapshot is of another mesh.
+            InputError: it is damaged: an array is missing, has another shape, or holds what no state may hold. The
+                solver is as it was then.
         """
-        pinned = self._existing(arrays["pinned"], "restore pins at")
         state = State.from_arrays(arrays)
-        if len(state.position) != self.mesh.vertex_count:
+        if state.position.ndim == 2 and len(state.position) != self.mesh.vertex_count:
             raise MeshError(f"the snapshot has {len(state.position)} vertices, this cloth {self.mesh.vertex_count}")
+        check_state(state, self.mesh, self.obstacles)
+        pinned = self._existing(entry(arrays, "pinned"), "restore pins at")
         if not np.array_equal(pinned, self._pinned):
             self._pin_exactly(pinned)
         return state
@@ -242,7 +264,8 @@ class ClothSolver:
         given, last = np.asarray(vertices).ravel(), self.mesh.vertex_count - 1
         whole = given.dtype.kind in "iu" or len(given) == 0
         if not whole or ((given < 0) | (given > last)).any():
-            raise MeshError(f"cannot {purpose} {given.tolist()[:8]}: vertices are whole numbers from 0 to {last}")
+            hint = "; mesh.group(name) gives those of a group" if given.dtype.kind == "U" else ""
+            raise MeshError(f"cannot {purpose} {given.tolist()[:8]}: vertices are whole numbers from 0 to {last}{hint}")
         return given.astype(np.int64)
 
     def _pin_exactly(self, vertices: np.ndarray) -> None:

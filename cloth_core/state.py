@@ -5,12 +5,19 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from cloth_core.errors import ClothError, InputError, shown
 from cloth_core.inputs import pose_as_list, pose_from_list
 from cloth_core.pose import Pose
+
+FARTHEST = 1e7
+"""m along each axis, beyond which no vertex may be: ten times as far as poses and rest shapes, so that whatever these
+put side by side is within; lengths of a thread still have their digits there."""
+FASTEST = 1e6
+"""m/s along each axis, beyond which no vertex may move: ten times the speed of all that drives it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +30,8 @@ class Grip:
     """(K,) int32, sorted."""
     offset: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     """(K, 3) m: the held vertices in the gripper's frame."""
+    load: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """N: what the cloth has been pulling with lately, in the world."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +39,8 @@ class State:
     """The cloth at one instant. Together with the inputs it determines the next one.
 
     Args:
-        position: (V, 3) m.
-        velocity: (V, 3) m/s.
+        position: (V, 3) m, within :data:`FARTHEST`.
+        velocity: (V, 3) m/s, within :data:`FASTEST`.
         step_index: steps done since the start.
         time: s of simulated time.
         grips: by name of the grasp.
@@ -66,7 +75,7 @@ class State:
             "time": self.time,
             "obstacles": {name: pose_as_list(pose) for name, pose in self.obstacles.items()},
             "history": list(self.history),
-            "grips": {name: [pose_as_list(grip.pose), grip.closed] for name, grip in self.grips.items()},
+            "grips": {name: [pose_as_list(g.pose), g.closed, list(g.load)] for name, g in self.grips.items()},
         }
         arrays = {"position": self.position, "velocity": self.velocity}
         arrays.update({f"history/{name}": array for name, array in self.history.items()})
@@ -78,18 +87,57 @@ class State:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> State:
-        """The state that :meth:`as_arrays` wrote."""
-        rest = json.loads(bytes(arrays["rest"]))
-        grips = {
-            name: Grip(pose_from_list(pose), closed, arrays[f"grip_vertex/{name}"], arrays[f"grip_offset/{name}"])
-            for name, (pose, closed) in rest["grips"].items()
-        }
-        return cls(
-            position=np.array(arrays["position"], dtype=float),
-            velocity=np.array(arrays["velocity"], dtype=float),
-            step_index=rest["step_index"],
-            time=rest["time"],
-            grips=grips,
-            obstacles={name: pose_from_list(pose) for name, pose in rest["obstacles"].items()},
-            history={name: np.array(arrays[f"history/{name}"]) for name in rest.get("history", ())},
-        )
+        """The state that :meth:`as_arrays` wrote.
+
+        Raises:
+            InputError: an array is missing, or is not what was written; the message names it.
+        """
+        text = entry(arrays, "rest")
+        try:
+            rest = json.loads(text.tobytes())
+            grips = {name: (pose_from_list(p), bool(c), _vector(load)) for name, (p, c, load) in rest["grips"].items()}
+            bare = cls(
+                position=_floats(arrays, "position"),
+                velocity=_floats(arrays, "velocity"),
+                step_index=int(rest["step_index"]),
+                time=float(rest["time"]),
+                obstacles={name: pose_from_list(pose) for name, pose in rest["obstacles"].items()},
+                history={name: _floats(arrays, f"history/{name}") for name in list(rest["history"])},
+            )
+        except ClothError:
+            raise
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+            problem = f"rest: is not the JSON text of step, time, poses and grips that as_arrays wrote: {error!r}"
+            raise InputError(problem) from None
+        held = {name: (entry(arrays, f"grip_vertex/{name}"), _floats(arrays, f"grip_offset/{name}")) for name in grips}
+        made = {name: Grip(pose, closed, *held[name], load) for name, (pose, closed, load) in grips.items()}
+        return replace(bare, grips=made)
+
+
+def entry(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    """One of the arrays of a snapshot.
+
+    Raises:
+        InputError: it is missing or cannot be read.
+    """
+    if not isinstance(arrays, Mapping):
+        raise InputError(f"{shown(arrays)} is not a mapping from names to arrays, as snapshot() gives")
+    try:
+        return np.asarray(arrays[name])
+    except KeyError:
+        raise InputError(f"{name}: missing; there are {', '.join(map(str, arrays)) or 'no arrays'}") from None
+    except Exception as error:  # a file of arrays is read only here, and may be damaged in many ways
+        raise InputError(f"{name}: cannot be read: {error}") from None
+
+
+def _floats(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    values = entry(arrays, name)
+    try:
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: is not an array of numbers") from None
+
+
+def _vector(numbers: list[float]) -> tuple[float, float, float]:
+    x, y, z = (float(c) for c in numbers)
+    return x, y, z

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cloth_core.integrators import ImplicitMidpoint, Meyer2000, Model, Substep
+from cloth_core.passivity import Passivity
 from cloth_core.physics.hands import Hands
 from cloth_core.physics.restraint import Restraint
-from cloth_core.state import State
+from cloth_core.state import FARTHEST, FASTEST, State
 
 
 class Passes:
@@ -55,9 +56,9 @@ class Motion:
     restrained: int
 
     @property
-    def is_finite(self) -> bool:
-        """Whether all positions and velocities are."""
-        return bool(np.isfinite(self.position).all() and np.isfinite(self.velocity).all())
+    def is_sound(self) -> bool:
+        """Whether all positions and velocities are finite and within the bounds of a state."""
+        return bool((np.abs(self.position) <= FARTHEST).all() and (np.abs(self.velocity) <= FASTEST).all())
 
 
 class Substeps:
@@ -74,6 +75,7 @@ class Substeps:
         self, model: Model, integrator: ImplicitMidpoint | Meyer2000, restraint: Restraint, count: int
     ) -> None:
         self._model, self._integrator, self._restraint, self._count = model, integrator, restraint, count
+        self._passivity = Passivity(model, count * model.h)
 
     def play(
         self,
@@ -99,6 +101,9 @@ class Substeps:
         position, velocity, excess = state.position, state.velocity, 0.0
         if model.self_contacts is not None:
             position = model.self_contacts.begin_step(position, velocity, self._count * model.h)
+        self._passivity.begin(
+            position, velocity, state.history.get("lag", np.zeros_like(velocity)), flow, np.array(gravity)
+        )
         done: list[int] = []
         restrained = np.zeros(len(position), dtype=bool)
         for number in range(self._count):
@@ -125,4 +130,10 @@ class Substeps:
                 integrator.restart(stopped)
                 hands.hold_back(stopped, start, position)
                 restrained[stopped] = True
-        return Motion(position, velocity, integrator.end(), tuple(done), excess, int(restrained.sum()))
+        if integrator.restrained:
+            own = np.array(gravity) - (velocity - state.velocity) / (self._count * model.h)
+            hands.bear(lambda vertex: integrator.pull(vertex) + model.mass[vertex] @ own[vertex])
+        history = integrator.end()
+        if "lag" in history:
+            self._passivity.end(position, velocity, history["lag"], held)
+        return Motion(position, velocity, history, tuple(done), excess, int(restrained.sum()))

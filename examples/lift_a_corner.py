@@ -1,4 +1,4 @@
-"""Take the cloth at its lowest point and lift it by 30 cm; run it while the cloth node is up.
+"""Take the cloth at its lowest point, lift it by 30 cm and say whether it came along; run it beside the cloth node.
 
 python examples/lift_a_corner.py [namespace, /cloth_sim by default]
 """
@@ -17,7 +17,7 @@ from std_msgs.msg import Float64
 
 
 class Lifter(Node):
-    """Waits for the cloth, closes the hand at its lowest vertex, then rises at 0.2 m/s."""
+    """Waits for the cloth, closes the hand at its lowest vertex, then rises at 0.2 m/s and looks what became of it."""
 
     def __init__(self, cloth: str) -> None:
         super().__init__("lifter")
@@ -27,13 +27,15 @@ class Lifter(Node):
         self.create_timer(0.02, self.move)
         self.get_logger().info(f"waiting for {cloth} to publish points and to listen to grasp/hand")
         self.corner: np.ndarray | None = None
-        self.risen = 0.0
+        self.vertex, self.height, self.risen = 0, 0.0, 0.0
 
     def see(self, cloud: PointCloud2) -> None:
-        """Remember the lowest vertex of the first cloud."""
-        if self.corner is None:
-            points = np.frombuffer(bytes(cloud.data), np.float32).reshape(-1, cloud.point_step // 4)[:, :3]
-            self.corner = points[points[:, 2].argmin()].astype(float)
+        """Look for the lowest vertex until the hand moves, and then how high it is."""
+        points = np.frombuffer(bytes(cloud.data), np.float32).reshape(-1, cloud.point_step // 4)[:, :3]
+        if self.risen == 0.0:
+            self.vertex = int(points[:, 2].argmin())
+            self.corner = points[self.vertex].astype(float)
+        self.height = float(points[self.vertex, 2])
 
     def move(self) -> None:
         """Publish the hand: closed, and a little higher every time."""
@@ -48,7 +50,18 @@ class Lifter(Node):
         self.risen += 0.004
         if self.risen > 0.3:
             self.closure.publish(Float64(data=0.0))
+            self.tell(self.height - float(self.corner[2]))
             raise SystemExit
+
+    def tell(self, lifted: float) -> None:
+        """Say how far the corner came along."""
+        if lifted > 0.5 * self.risen:
+            self.get_logger().info(f"caught vertex {self.vertex} and lifted it by {lifted:.2f} m")
+        else:
+            self.get_logger().warning(
+                f"caught nothing that stayed in the hand: vertex {self.vertex} rose by {lifted:.2f} m "
+                f"while the hand rose by {self.risen:.2f} m; /diagnostics and the log of the node say why"
+            )
 
 
 def main() -> None:

@@ -41,14 +41,15 @@ def elastic_forces(x, start, spring_vertex, rest, k, tension, viscosity):
     return force
 
 
-def carried(x, taut, spring_vertex, longest, k, strongest, kept, tension):
-    """New tensions: those of taut springs fade and grow by k times the excess, within 0 and the strongest."""
+def carried(start, x, taut, spring_vertex, longest, k, strongest, kept, yielding, steady, tension):
+    """New tensions: taut springs' fade, grow by k times the excess, yield to shortening, within 0 and the strongest."""
     after = tension.copy()
     for s in taut:
         i, j = spring_vertex[s]
-        excess = np.linalg.norm(x[j] - x[i]) - longest[s]
+        length, before = np.linalg.norm(x[j] - x[i]), np.linalg.norm(start[j] - start[i])
+        excess, shortened = length - longest[s], max(0.0, before - length - steady * longest[s])
         if excess > 0.0 or tension[s] > 0.0:
-            after[s] = np.clip(kept * tension[s] + k[s] * excess, 0.0, strongest[s])
+            after[s] = np.clip(kept * tension[s] + k[s] * (excess - yielding * shortened), 0.0, strongest[s])
     return after
 
 
@@ -420,4 +421,10 @@ def midpoint_step(
     ahead = 2 * (end - x) / h - (v + lag)  # V', since the mean of V and V' is the displacement over h
     ahead[held] = 0.0
     velocity = (end - x) / h
-    return end, velocity, ahead - velocity
+    lag = ahead - velocity - h / 2 * gravity
+    for i in np.setdiff1d(np.arange(len(x)), held):  # what moves it by more than a tenth of a thread is left out
+        shortest = min(length for pair, length in zip(spring_vertex, rest, strict=True) if i in pair)
+        lag[i] *= min(1.0, 0.1 * shortest / (h * np.linalg.norm(lag[i])))
+    lag += h / 2 * gravity
+    lag[held] = 0.0
+    return end, velocity, lag

@@ -22,6 +22,7 @@ import numpy as np
 from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
 from cloth_core.kernels import midpoint, surface
+from cloth_core.mesh import ClothMesh
 from cloth_core.physics.bending import LEAST_DAMPING, SLOWEST, Bending
 
 LONGEST_SUBSTEP = 0.0025
@@ -33,6 +34,10 @@ excites the fastest threads, which the rule itself does not damp."""
 USUAL_SWEEPS, TOLERATED_EXCESS = 6, 0.005
 """After so many sweeps, more follow only for an excess above this ratio. Fewer would come and go with the excess, and
 what hangs still would tremble."""
+RESOLVED = 0.1
+"""Share of the shortest thread at a vertex by which half an acceleration may move it in a substep. One step of W
+follows threads that turn by a small angle; beyond, the midpoint rule feeds a whipping chain without end. There what
+exceeds it is left out of the ``lag``, which makes the rule an implicit Euler step, and dissipative."""
 ALARMING_EXCESS = 0.01
 """An excess that sweeps cannot cope with calls for another iteration, with the tensions that it gives rise to."""
 
@@ -55,6 +60,7 @@ class ImplicitMidpoint:
         shape = model.mesh.rest_position.shape
         self._force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
         self._no_bending = np.zeros(shape)
+        self._most_lag = RESOLVED / model.h * _shortest_thread(model.mesh)
 
     @staticmethod
     def substeps(config: SolverConfig) -> int:
@@ -65,7 +71,10 @@ class ImplicitMidpoint:
         """Take up the ``history`` of a state; an empty one means to start afresh."""
         mesh = self.model.mesh
         self._lag = np.array(history["lag"]) if "lag" in history else np.zeros((mesh.vertex_count, 3))
-        self._tension = np.array(history["tension"]) if "tension" in history else self.model.limit.slack()
+        slack = self.model.limit.slack()
+        # A change of the material may have passed the sheet on from springs to triangles.
+        known = history.get("tension", slack).shape == slack.shape
+        self._tension = np.array(history.get("tension", slack)) if known else slack
 
     def end(self) -> dict[str, np.ndarray]:
         """What the next step needs to go on exactly."""
@@ -74,6 +83,15 @@ class ImplicitMidpoint:
     def restart(self, vertex: np.ndarray) -> None:
         """Forget how these vertices were accelerated: something else has stopped them."""
         self._lag[vertex] = 0.0
+
+    def pull(self, vertex: np.ndarray) -> np.ndarray:
+        """(3,) N, what the stretched cloth pulled these held vertices with in the last substep, all together.
+
+        It is what the rows of the system that stand for them leave over: the forces at the middle of the substep.
+        """
+        scale = 0.25 * self.model.h * self.model.h
+        stiffened = (1.0 + self._viscosity) * (self.model.stretch[vertex] @ self._change)
+        return (self._right_side[vertex] / scale - stiffened).sum(axis=0)
 
     def advance(
         self, position: np.ndarray, velocity: np.ndarray, substep: Substep
@@ -95,6 +113,7 @@ class ImplicitMidpoint:
             self.relax(position, inertial, middle, substep.held, settled=True)
             end, _, excess = self.finish(position, inertial, middle, substep)
         midpoint.renew_lag(position, velocity, middle, substep.h, self._lag)
+        midpoint.bound_lag(substep.gravity, substep.h, self._most_lag, self._lag)
         self._lag[substep.held] = 0.0
         settled = model.settle(position, velocity, end, substep)
         model.limit.calm(end, settled, self._lag)
@@ -151,7 +170,7 @@ class ImplicitMidpoint:
         midpoint.extrapolate(position, middle, end)
         end[substep.held] = substep.target
         model.limit.find(end, self._tension)
-        model.limit.carry(end, self._tension)
+        model.limit.carry(position, end, self._tension)
         sweeps, excess = model.limit_stretch_in_contact(position, end, substep, USUAL_SWEEPS, TOLERATED_EXCESS)
         return end, sweeps, excess
 
@@ -165,6 +184,13 @@ class ImplicitMidpoint:
             model.filter_by(model.bending, time * lasting),
             time,
         )
+
+
+def _shortest_thread(mesh: ClothMesh) -> np.ndarray:
+    """(V,) m, the rest length of the shortest spring at each vertex."""
+    shortest = np.full(mesh.vertex_count, np.inf)
+    np.minimum.at(shortest, mesh.spring_vertex, mesh.spring_rest[:, None])
+    return shortest
 
 
 def _longest_run(substeps: int, h: float) -> int:

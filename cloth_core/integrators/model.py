@@ -77,10 +77,9 @@ class Model:
         woven = mesh.is_membrane(material)
         self.sheet = (Membrane if woven else Springs)(mesh, material)
         self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
-        self.contacts = Contacts(obstacles, material, config, mesh.vertex_count)
+        self.contacts = Contacts(obstacles, mesh, material, self.mass, config)
         self.self_contacts = SelfContacts(mesh, material, config, self.mass) if config.self_collision else None
         self.drag = 0.5 * config.air_density * material.drag
-        self.free = np.ones(mesh.vertex_count, dtype=np.bool_)
         self._area_vector = np.empty((mesh.vertex_count, 3))
 
     def filter_by(self, stiffness: csr_matrix, scale: float) -> ImplicitFilter:
@@ -109,10 +108,9 @@ class Model:
         for held_filter in self._filters:
             held_filter.hold(grasped)
         self.limit.hold(held)
+        self.contacts.hold(held)
         if self.self_contacts is not None:
             self.self_contacts.hold(held)
-        self.free[:] = True
-        self.free[held] = False
 
     def area_vectors(self, position: np.ndarray) -> np.ndarray:
         """(V, 3) m^2, valid until the next call."""
@@ -136,7 +134,7 @@ class Model:
         Returns:
             Sweeps done, and the worst excess over the stretch limit met in the last one (a ratio).
         """
-        self.contacts.find(start, position, substep.h, self.free)
+        self.contacts.find(start, position, substep.h)
         layers = self.self_contacts
         if layers is not None:
             layers.find(start, position, substep.h, substep.number)

@@ -22,24 +22,31 @@ _Function = TypeVar("_Function")
 
 
 @functools.cache
+def sources_digest() -> str:
+    """Of all kernel sources and numba's version: what they compute is the same where this is."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
 def cache_folder() -> Path:
     """Where the compiled kernels of exactly these sources are kept.
 
     ``NUMBA_CACHE_DIR`` or ``XDG_CACHE_HOME`` move it; a folder that cannot be written falls back to
     the temporary folder.
     """
-    digest = hashlib.sha256(f"{numba.__version__} {threads.shared()}".encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.read_bytes())
+    digest = sources_digest() + ("-shared" if threads.shared() else "")
     home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     base = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(home) / "cloth_core")
-    folder = base / digest.hexdigest()[:16]
+    folder = base / digest
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except OSError:
-        return Path(tempfile.gettempdir()) / f"cloth_core-{os.getuid()}" / digest.hexdigest()[:16]
+        return Path(tempfile.gettempdir()) / f"cloth_core-{os.getuid()}" / digest
 
 
 def kernel(function: _Function) -> _Function:
@@ -55,8 +62,8 @@ def lane_kernel(function: _Function) -> _Function:
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"})
 
 
-def inline_kernel(function: _Function) -> _Function:
-    """As :func:`kernel`, but becomes part of its callers: a call that stays one counts references to its arrays."""
+def inlined_kernel(function: _Function) -> _Function:
+    """As :func:`kernel`, for what is too short to be called: arrays that are passed on cost as much as ten products."""
     return _compiled(function, fastmath=False, inline="always")
 
 
@@ -67,6 +74,15 @@ def shared_kernel(function: _Function) -> _Function:
     however many they are.
     """
     return _compiled(function, fastmath=False, parallel=threads.shared())
+
+
+def part_kernel(function: _Function) -> _Function:
+    """As :func:`kernel`, for parts of kernels that are always compiled into their callers.
+
+    For functions of many arrays and little work: an array is handed over as seven numbers, and its references are
+    counted up and down, at the price of the work itself. Here nothing is counted: parts must not make arrays.
+    """
+    return _compiled(function, fastmath=False, forceinline=True, _nrt=False)
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:

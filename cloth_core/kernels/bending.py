@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import prange
 
-from cloth_core.kernels import lane_kernel, shared_kernel
+from cloth_core.kernels import kernel, lane_kernel, shared_kernel
 
 
 @lane_kernel
@@ -30,3 +30,19 @@ def add_up_impulses(indptr, indices, data, ahead, mass, gravity, time, impulse):
         impulse[v, 0] = time * (m * gravity[0] - x)
         impulse[v, 1] = time * (m * gravity[1] - y)
         impulse[v, 2] = time * (m * gravity[2] - z)
+
+
+@kernel
+def energy(indptr, indices, data, position):
+    """J, half of position times a Hessian times ``position`` (V, 3) m; its rows add up to nothing.
+
+    By differences of positions, so that nothing cancels far from the origin.
+    """
+    total = 0.0
+    for v in range(position.shape[0]):
+        for p in range(indptr[v], indptr[v + 1]):
+            j = indices[p]
+            x, y = position[j, 0] - position[v, 0], position[j, 1] - position[v, 1]
+            z = position[j, 2] - position[v, 2]
+            total -= 0.25 * data[p] * (x * x + y * y + z * z)
+    return total

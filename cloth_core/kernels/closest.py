@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from cloth_core.kernels import inline_kernel, kernel
+from cloth_core.kernels import inlined_kernel, kernel
 
 PARALLEL = 1e-10
 """Square of the sine of the angle below which two edges count as parallel."""
@@ -81,7 +81,7 @@ def edge_edge(x, i, j, k, l):  # noqa: E741 - a row of four
     return s, t
 
 
-@inline_kernel
+@inlined_kernel
 def closest_weights(x, p, q, r, s, edges):
     """Signed weights of the four vertices of a pair at its closest points, of two ``edges`` or not."""
     if edges:
@@ -91,7 +91,7 @@ def closest_weights(x, p, q, r, s, edges):
     return 1.0, -a, -b, -c
 
 
-@inline_kernel
+@inlined_kernel
 def between(x, p, q, r, s, wp, wq, wr, ws):
     """Vector from the second point of a pair to the first, of ``x`` (V, 3) with signed weights."""
     return (
@@ -101,7 +101,7 @@ def between(x, p, q, r, s, wp, wq, wr, ws):
     )
 
 
-@inline_kernel
+@inlined_kernel
 def toward(x, p, q, r, s, edges):
     """Unit vector from the second feature of a pair to the first, and their distance in m; no vector if they meet."""
     wp, wq, wr, ws = closest_weights(x, p, q, r, s, edges)
@@ -111,13 +111,13 @@ def toward(x, p, q, r, s, edges):
     return dx * share, dy * share, dz * share, distance
 
 
-@inline_kernel
+@inlined_kernel
 def along(x, v, nx, ny, nz):
     """How far vertex ``v`` is in a direction."""
     return x[v, 0] * nx + x[v, 1] * ny + x[v, 2] * nz
 
 
-@inline_kernel
+@inlined_kernel
 def separation(x, p, q, r, s, edges, nx, ny, nz):
     """By how much the first feature of a pair is ahead of the second in a direction, at least, in m.
 

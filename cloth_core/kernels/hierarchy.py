@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import inline_kernel, kernel
+from cloth_core.kernels import inlined_kernel, kernel
 
 PLACE, WAY, NORMAL, EXTENTS = 0, 3, 6, 9
 UPRIGHT = 0.5
@@ -34,7 +34,7 @@ def triangle_normal(x, p, q, r):
     return nx * share, ny * share, nz * share
 
 
-@inline_kernel
+@inlined_kernel
 def doubled_area(x, p, q, r):
     """Twice the area of a triangle, m^2."""
     ux, uy, uz = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
@@ -86,7 +86,7 @@ def fit_patches(triangle_low, triangle_high, order, leaf_start, low, high):
             low[n, a], high[n, a] = least, most
 
 
-@inline_kernel
+@inlined_kernel
 def are_smooth(low, high, a, b, c):
     """Whether one direction is in front of all normals of the boxes ``a``, ``b`` and ``c``."""
     least, square = 0.0, 0.0
@@ -98,7 +98,7 @@ def are_smooth(low, high, a, b, c):
     return least > UPRIGHT * math.sqrt(square)
 
 
-@inline_kernel
+@inlined_kernel
 def may_meet(low, high, a, other_low, other_high, b, margin):
     """Whether boxes come within ``margin`` m of each other on their ways, along each axis for itself."""
     for k in range(3):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import inline_kernel, kernel
+from cloth_core.kernels import inlined_kernel, kernel
 from cloth_core.kernels.closest import closest_weights, separation, toward
 from cloth_core.kernels.narrow import height, note
 
@@ -19,7 +19,7 @@ GROWTH = 0.1
 HALVINGS = 60
 
 
-@inline_kernel
+@inlined_kernel
 def volume(start, end, p, q, r, s, t):
     """Six times the volume of four vertices at the share ``t`` of their way, m^3."""
     ux = start[q, 0] - start[p, 0] + t * (end[q, 0] - start[q, 0] - end[p, 0] + start[p, 0])
@@ -103,7 +103,7 @@ def meeting(start, end, p, q, r, s, edges, place):
     return -1.0
 
 
-@inline_kernel
+@inlined_kernel
 def impact_normal(start, end, place, p, q, r, s, edges):
     """Direction in which a pair that meets at ``place`` (V, 3) m was apart, and its signed weights there."""
     wp, wq, wr, ws = closest_weights(place, p, q, r, s, edges)
@@ -125,7 +125,7 @@ def impact_normal(start, end, place, p, q, r, s, edges):
     return wp, wq, wr, ws, nx, ny, nz
 
 
-@inline_kernel
+@inlined_kernel
 def may_pass(start, end, p, q, r, s, edges, tangled):
     """Whether no direction is known that parts a pair from ``start`` to ``end``; never of features without a side."""
     first = tangled[p] or (edges and tangled[q])

@@ -13,6 +13,7 @@ from numba import prange
 
 from cloth_core.kernels import kernel, shared_kernel
 from cloth_core.kernels.shares import add_shares
+from cloth_core.kernels.springs import BARELY
 
 WARP, WEFT = np.int64(0), np.int64(1)
 """Columns of a gradient. Plain 0 and 1 are types of their own to numba, and :func:`thread` was compiled for each."""
@@ -62,6 +63,20 @@ def add_membrane_forces(
             v = triangles[t, n]
             for a in range(3):
                 force[v, a] -= slope[t, n, 0] * pull[0, a] + slope[t, n, 1] * pull[1, a]
+
+
+@kernel
+def energy(position, triangles, slope, area, direction, modulus):
+    """J that the gauges store at ``position`` (V, 3) m."""
+    total = 0.0
+    for t in range(triangles.shape[0]):
+        ux, uy, uz = thread(position, triangles, slope, t, WARP)
+        vx, vy, vz = thread(position, triangles, slope, t, WEFT)
+        for d in range(direction.shape[0]):
+            p, q = direction[d, 0], direction[d, 1]
+            length = math.sqrt((p * ux + q * vx) ** 2 + (p * uy + q * vy) ** 2 + (p * uz + q * vz) ** 2)
+            total += 0.5 * area[t] * modulus[d] * (length - 1.0) ** 2
+    return total
 
 
 @shared_kernel
@@ -146,7 +161,7 @@ def find_taut_threads(position, triangles, slope, shortest, tension, taut):
 
 
 @kernel
-def carry_thread_limit(position, taut, triangles, slope, longest, stiffness, kept, tension):
+def carry_thread_limit(start, position, taut, triangles, slope, longest, stiffness, kept, yielding, steady, tension):
     """Let the ``taut`` threads carry by ``tension`` (T, 2) J what keeps them at ``longest``, a ratio.
 
     As ``springs.carry_limit``, with ``stiffness`` (T, 2) J; never more than that, the pull at twice the length.
@@ -156,7 +171,10 @@ def carry_thread_limit(position, taut, triangles, slope, longest, stiffness, kep
         x, y, z = thread(position, triangles, slope, t, k)
         square = x * x + y * y + z * z
         if square > longest * longest or tension[t, k] > 0.0:
-            carried = kept * tension[t, k] + stiffness[t, k] * (math.sqrt(square) - longest)
+            length = math.sqrt(square)
+            p, q, r = thread(start, triangles, slope, t, k)
+            shortened = max(0.0, math.sqrt(p * p + q * q + r * r) - length - steady * longest)
+            carried = kept * tension[t, k] + stiffness[t, k] * (length - longest - yielding * shortened)
             tension[t, k] = min(max(carried, 0.0), stiffness[t, k])
 
 
@@ -220,7 +238,7 @@ def calm_overlong_threads(position, velocity, lag, taut, triangles, slope, longe
         share = 0.0
         for m in range(3):
             share += slope[t, m, k] ** 2 * inverse_mass[triangles[t, m]]
-        if square <= longest * longest or share == 0.0:
+        if square <= BARELY * longest * longest or share == 0.0:
             continue
         for m in range(3):
             for a in range(3):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from cloth_core.kernels import kernel, lane_kernel
 
 
@@ -38,6 +40,18 @@ def renew_lag(position, velocity, middle, h, lag):
     for v in range(position.shape[0]):
         for a in range(3):
             lag[v, a] = 2.0 * (middle[v, a] - position[v, a]) / h - velocity[v, a] - lag[v, a]
+
+
+@lane_kernel
+def bound_lag(gravity, h, most, lag):
+    """Bound what a ``lag`` (V, 3) m/s has beyond that of ``gravity``, h / 2 of it, by ``most`` (V,) m/s, in place."""
+    x, y, z = 0.5 * h * gravity[0], 0.5 * h * gravity[1], 0.5 * h * gravity[2]
+    for v in range(lag.shape[0]):
+        a, b, c = lag[v, 0] - x, lag[v, 1] - y, lag[v, 2] - z
+        square = a * a + b * b + c * c
+        if square > most[v] * most[v]:
+            share = most[v] / math.sqrt(square)
+            lag[v, 0], lag[v, 1], lag[v, 2] = x + share * a, y + share * b, z + share * c
 
 
 @lane_kernel

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from cloth_core.kernels import inline_kernel, kernel
+from cloth_core.kernels import inlined_kernel, kernel
 from cloth_core.kernels.closest import between, edge_edge, toward, vertex_triangle
 from cloth_core.kernels.parting import SHARES, best_direction, leaf_gap
 
@@ -26,7 +26,7 @@ PARALLEL = 1e-3
 INSIDE = 1e-9
 
 
-@inline_kernel
+@inlined_kernel
 def own_thickness(rest, piece, p, q, r, s, edges, thickness, far):
     """Distance in m that a pair shall keep: less than at rest if it is of one ``piece`` and no ``far`` m apart."""
     square = (rest[p, 0] - rest[r, 0]) ** 2 + (rest[p, 1] - rest[r, 1]) ** 2 + (rest[p, 2] - rest[r, 2]) ** 2
@@ -35,7 +35,7 @@ def own_thickness(rest, piece, p, q, r, s, edges, thickness, far):
     return thickness
 
 
-@inline_kernel
+@inlined_kernel
 def across(x, p, q, r, s, wp, wq, wr, ws, nx, ny, nz):
     """How far the points of a pair are apart beside a direction, m."""
     dx, dy, dz = between(x, p, q, r, s, wp, wq, wr, ws)
@@ -43,14 +43,14 @@ def across(x, p, q, r, s, wp, wq, wr, ws, nx, ny, nz):
     return math.sqrt(max(0.0, dx * dx + dy * dy + dz * dz - up * up))
 
 
-@inline_kernel
+@inlined_kernel
 def height(x, p, q, r, s, wp, wq, wr, ws, nx, ny, nz):
     """How far the points of a pair are apart along a direction, m."""
     dx, dy, dz = between(x, p, q, r, s, wp, wq, wr, ws)
     return dx * nx + dy * ny + dz * nz
 
 
-@inline_kernel
+@inlined_kernel
 def face_weights(start, end, p, q, r, s, up, nx, ny, nz, thickness):
     """Shares of a triangle's corners in the point that vertex ``p`` is above, and whether there is one.
 
@@ -66,7 +66,7 @@ def face_weights(start, end, p, q, r, s, up, nx, ny, nz, thickness):
     return above, a, b, c
 
 
-@inline_kernel
+@inlined_kernel
 def edge_shares(start, end, p, q, r, s, up, nx, ny, nz):
     """How far along two edges they cross, and whether they do; at the start or at the end as for a face."""
     a, b = edge_edge(start, p, q, r, s)
@@ -77,7 +77,7 @@ def edge_shares(start, end, p, q, r, s, up, nx, ny, nz):
     return crosses, a, b
 
 
-@inline_kernel
+@inlined_kernel
 def note(contact, c, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, keep):
     """Write contact number ``c``, if there is room for it; returns the next number."""
     vertex, weight, normal, target = contact
@@ -89,7 +89,7 @@ def note(contact, c, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, keep):
     return c + 1
 
 
-@inline_kernel
+@inlined_kernel
 def is_in(start, end, v, low, high, leaf, margin):
     """Whether vertex ``v`` comes within ``margin`` m of the box of a leaf."""
     for a in range(3):
@@ -98,7 +98,7 @@ def is_in(start, end, v, low, high, leaf, margin):
     return True
 
 
-@inline_kernel
+@inlined_kernel
 def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, tangled, contact, count):
     """Add the contacts of the vertices of leaf ``first`` with the triangles of leaf ``second``; returns how many."""
     rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, _edge_start, _own_edge = sheet
@@ -129,7 +129,7 @@ def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, ta
     return count
 
 
-@inline_kernel
+@inlined_kernel
 def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled, contact, count):
     """Add the contacts of the edges of leaf ``first`` with those of leaf ``second``; returns how many there are."""
     rest, piece, _, _, _, _, _, edge_start, own_edge = sheet
@@ -161,7 +161,7 @@ def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled
     return count
 
 
-@inline_kernel
+@inlined_kernel
 def gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz):
     """The least gap from leaf ``b`` to leaf ``a`` along a direction on their way, m."""
     return min(

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import inline_kernel, kernel
+from cloth_core.kernels import inlined_kernel, kernel
 from cloth_core.kernels.closest import along
 from cloth_core.kernels.hierarchy import triangle_normal
 
@@ -14,7 +14,7 @@ SHARES = 2
 """Of a loop over pairs, for threads to come: with ``prange`` the results differed from those of one thread."""
 
 
-@inline_kernel
+@inlined_kernel
 def leaf_gap(x, corner_start, corner, a, b, nx, ny, nz):
     """By how much leaf ``a`` is ahead of leaf ``b`` in a direction at ``x`` (V, 3) m, at least; negative if it is not.
 
@@ -28,7 +28,7 @@ def leaf_gap(x, corner_start, corner, a, b, nx, ny, nz):
     return least - most
 
 
-@inline_kernel
+@inlined_kernel
 def leaf_extent(x, corner_start, corner, a, nx, ny, nz):
     """Least and most of the places of a leaf's corners along a direction, m."""
     least, most = np.inf, -np.inf

@@ -12,6 +12,8 @@ from cloth_core.kernels.shares import add_shares
 
 BATCH = 256
 """Springs in a batch: what is known of them stays in the first cache."""
+BARELY = 1.0 + 1e-9
+"""Square of a length over its limit that rounding makes of a spring which a sweep has brought back to it."""
 
 
 @kernel
@@ -39,6 +41,16 @@ def add_spring_forces(position, velocity, spring_vertex, rest, stiffness, viscos
         force[j, 0] -= fx
         force[j, 1] -= fy
         force[j, 2] -= fz
+
+
+@kernel
+def energy(position, spring_vertex, rest, stiffness):
+    """J that springs of ``stiffness`` (S,) N/m store at ``position`` (V, 3) m."""
+    total = 0.0
+    for s in range(spring_vertex.shape[0]):
+        longer = _length(position, spring_vertex[s, 0], spring_vertex[s, 1]) - rest[s]
+        total += 0.5 * stiffness[s] * longer * longer
+    return total
 
 
 @shared_kernel
@@ -131,11 +143,12 @@ def find_taut(position, limited, spring_vertex, shortest, tension, taut):
 
 
 @kernel
-def carry_limit(position, taut, spring_vertex, longest, stiffness, strongest, kept, tension):
+def carry_limit(start, position, taut, spring_vertex, longest, stiffness, strongest, kept, yielding, steady, tension):
     """Let the ``taut`` springs carry by ``tension`` (S,) N what keeps them at ``longest`` (S,) m.
 
     A multiplier of the augmented Lagrangian: the share ``kept`` of what it was, plus stiffness * (length -
-    longest), never below zero, never above ``strongest`` (S,) N.
+    longest), less stiffness * ``yielding`` times what the spring shortened from ``start`` to ``position`` (V, 3) m
+    by more than the share ``steady`` of ``longest``; never below zero, never above ``strongest`` (S,) N.
     """
     for n in range(taut.shape[0]):
         s = taut[n]
@@ -147,8 +160,16 @@ def carry_limit(position, taut, spring_vertex, longest, stiffness, strongest, ke
         square = dx * dx + dy * dy + dz * dz
         most = longest[s]
         if square > most * most or tension[s] > 0.0:
-            carried = kept * tension[s] + stiffness[s] * (math.sqrt(square) - most)
+            length = math.sqrt(square)
+            shortened = max(0.0, _length(start, i, j) - length - steady * most)
+            carried = kept * tension[s] + stiffness[s] * (length - most - yielding * shortened)
             tension[s] = min(max(carried, 0.0), strongest[s])
+
+
+@kernel
+def _length(position, i, j):
+    x, y, z = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1], position[j, 2] - position[i, 2]
+    return math.sqrt(x * x + y * y + z * z)
 
 
 @kernel
@@ -205,7 +226,7 @@ def calm_overlong(position, velocity, lag, taut, spring_vertex, longest, inverse
         dz = position[j, 2] - position[i, 2]
         square = dx * dx + dy * dy + dz * dz
         share = inverse_mass[i] + inverse_mass[j]
-        if square <= longest[s] * longest[s] or share == 0.0:
+        if square <= BARELY * longest[s] * longest[s] or share == 0.0:
             continue
         for a in range(3):
             lag[i, a] = 0.0
@@ -244,17 +265,12 @@ def any_longer(position, limited, spring_vertex, longest):
 
 @kernel
 def largest_stretch(position, spring_vertex, rest, chosen):
-    """Largest length over rest length of the ``chosen`` (S,) springs; 0 if there are none."""
-    worst = 0.0
+    """Largest length over rest length of the ``chosen`` (S,) springs; 1 if there are none."""
+    worst = -1.0
     for s in range(spring_vertex.shape[0]):
         if chosen[s] and rest[s] > 0.0:
-            i = spring_vertex[s, 0]
-            j = spring_vertex[s, 1]
-            dx = position[j, 0] - position[i, 0]
-            dy = position[j, 1] - position[i, 1]
-            dz = position[j, 2] - position[i, 2]
-            worst = max(worst, math.sqrt(dx * dx + dy * dy + dz * dz) / rest[s])
-    return worst
+            worst = max(worst, _length(position, spring_vertex[s, 0], spring_vertex[s, 1]) / rest[s])
+    return worst if worst >= 0.0 else 1.0
 
 
 @kernel
@@ -265,10 +281,7 @@ def vertex_strain(position, spring_vertex, rest, chosen, strain):
         if chosen[s] and rest[s] > 0.0:
             i = spring_vertex[s, 0]
             j = spring_vertex[s, 1]
-            dx = position[j, 0] - position[i, 0]
-            dy = position[j, 1] - position[i, 1]
-            dz = position[j, 2] - position[i, 2]
-            e = math.sqrt(dx * dx + dy * dy + dz * dz) / rest[s] - 1.0
+            e = _length(position, i, j) / rest[s] - 1.0
             strain[i] = max(strain[i], e)
             strain[j] = max(strain[j], e)
     for v in range(strain.shape[0]):

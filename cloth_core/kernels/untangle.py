@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import inline_kernel, kernel
+from cloth_core.kernels import inlined_kernel, kernel
 from cloth_core.kernels.hierarchy import triangle_normal
 
 
@@ -35,7 +35,7 @@ def runs_through(x, p, q, a, b, c):
     return inside == 3
 
 
-@inline_kernel
+@inlined_kernel
 def on_both_sides(x, t, u, triangles, face):
     """Whether triangle ``t`` has corners on both sides of triangle ``u``, or on it."""
     least, most = np.inf, -np.inf

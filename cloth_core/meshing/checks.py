@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -24,6 +25,14 @@ def refuse(what: str, elements: np.ndarray, remedy: str) -> None:
     """Raise a :class:`MeshError` if there are any ``elements`` at fault."""
     if len(elements):
         raise MeshError(f"{what}: {listed(elements)}; {remedy}")
+
+
+def is_positive(number: Any) -> bool:
+    """Whether that is one finite number above zero."""
+    try:
+        return not isinstance(number, str) and 0.0 < float(number) < math.inf
+    except (TypeError, ValueError, OverflowError):
+        return False
 
 
 def as_numbers(what: str, values: Any, columns: int, unit: str) -> np.ndarray:

@@ -16,15 +16,30 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray]:
     Raises:
         MeshError: the file cannot be read; the message says why, and leaves it to the caller to name the file.
     """
+    kind = path.suffix.lower()
+    if not path.is_file():
+        problem = "it is a folder" if path.is_dir() else "there is no such file"
+        raise MeshError(f"cannot be read as a mesh: {problem}")
     try:
-        return _read_obj(path) if path.suffix.lower() == ".obj" else _read_any(path)
-    except ImportError as error:  # trimesh guessed another format from what the file holds
-        kind = path.suffix or "mesh"
-        raise MeshError(f"cannot be read as a mesh: it does not hold what a {kind} file holds") from error
+        return _read_obj(path) if kind == ".obj" else _read_any(path)
+    except _LineError as error:
+        raise MeshError(f"cannot be read as a mesh: {error}") from None
     except OSError as error:
-        raise MeshError(f"cannot be read as a mesh: {error.strerror or error}") from error
-    except Exception as error:
-        raise MeshError(f"cannot be read as a mesh: {error}") from error
+        raise MeshError(f"cannot be read as a mesh: {error.strerror or error}") from None
+    except Exception:  # whatever trimesh stumbles over, its words are about its own code
+        if kind.lstrip(".") not in _formats().split(", "):
+            raise MeshError(f"cannot be read as a mesh: {kind or 'no ending'} is not one of {_formats()}") from None
+        raise MeshError(f"cannot be read as a mesh: it does not hold a whole and sound {kind} file") from None
+
+
+class _LineError(ValueError):
+    """A line of a text file makes no sense; the message has it."""
+
+
+def _formats() -> str:
+    import trimesh
+
+    return ", ".join(sorted(trimesh.available_formats()))
 
 
 def _read_any(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -51,5 +66,5 @@ def _read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:
                 corners = [c - 1 if c >= 0 else len(position) + c for c in corners]
                 triangles += [(corners[0], b, c) for b, c in itertools.pairwise(corners[1:])]
         except ValueError:
-            raise ValueError(f"line {number} is not a vertex or face of an OBJ file: {line.strip()[:60]!r}") from None
+            raise _LineError(f"line {number} is not a vertex or face of an OBJ file: {line.strip()[:60]!r}") from None
     return np.array(position, dtype=float).reshape(-1, 3), np.array(triangles, dtype=np.int64).reshape(-1, 3)

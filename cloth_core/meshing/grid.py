@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cloth_core.errors import MeshError
+from cloth_core.errors import MeshError, shown
 from cloth_core.meshing.areas import vertex_areas
+from cloth_core.meshing.checks import is_positive
 from cloth_core.meshing.directions import SHEAR, WARP, WEFT
 from cloth_core.meshing.faults import ATOM, LARGEST_COORDINATE, SLIVER
 from cloth_core.meshing.grid_curvature import readings
@@ -47,19 +48,24 @@ def fields(width: float, height: float, columns: int, rows: int) -> dict[str, An
 
 
 def _check(width: float, height: float, columns: int, rows: int) -> None:
-    try:
-        enough = operator.index(columns) >= 2 and operator.index(rows) >= 2
-    except TypeError:
-        enough = False
-    if not enough:
-        raise MeshError(f"a grid needs at least 2 columns and 2 rows, not {columns} x {rows}")
+    for name, count in (("columns", columns), ("rows", rows)):
+        if not _is_count(count):
+            raise MeshError(f"{name}: {shown(count)} is not a whole number of at least 2 (vertices of the grid)")
     largest = 2 * LARGEST_COORDINATE
-    if not (0 < width <= largest and 0 < height <= largest):
-        raise MeshError(f"a grid needs a positive width and height up to {largest:g} m, not {width} x {height} m")
+    for name, extent in (("width", width), ("height", height)):
+        if not is_positive(extent) or extent > largest:
+            raise MeshError(f"{name}: {shown(extent)} is not a positive number up to {largest:g} m")
     dx, dy = width / (columns - 1), height / (rows - 1)
     if min(dx, dy) < max(SLIVER * max(dx, dy), ATOM):
         least = f"less than {SLIVER:g} of the other or {ATOM:g} m"
         raise MeshError(f"the cells of the grid are {dx:g} x {dy:g} m, one side {least}: change columns or rows")
+
+
+def _is_count(count: Any) -> bool:
+    try:
+        return operator.index(count) >= 2
+    except TypeError:
+        return False
 
 
 def _alternating_triangles(number: np.ndarray) -> np.ndarray:

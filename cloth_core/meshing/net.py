@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cloth_core.errors import MeshError
+from cloth_core.errors import MeshError, shown
 from cloth_core.meshing import checks, faults
 from cloth_core.meshing.areas import vertex_areas
 from cloth_core.meshing.directions import GIVEN
@@ -69,7 +69,7 @@ def _each(what: str, values: Any, count: int, least: float) -> np.ndarray:
     try:
         numbers = np.broadcast_to(np.asarray(values, float), count).copy()
     except (TypeError, ValueError, OverflowError):
-        raise MeshError(f"{what} must be one number for all or {count} numbers") from None
+        raise MeshError(f"{what} must be one number for all or {count} numbers, not {shown(values)}") from None
     wrong = np.flatnonzero(~(np.isfinite(numbers) & (numbers >= least)))
     checks.refuse(f"{what} that is no finite number of at least {least:g}", wrong, "correct it")
     return numbers

@@ -31,7 +31,7 @@ def mended(position: np.ndarray, triangles: np.ndarray) -> Mended:
         MeshError: a fault that cannot be mended.
     """
     if len(triangles) == 0:
-        raise MeshError("no triangles")
+        raise MeshError("no triangles; is the file whole, and is it a surface?")
     checks.check_indices("triangles", triangles, len(position))
     done: list[str] = []
     _say(done, "vertices that belong to no triangle", faults.unused(len(position), triangles), "dropped")

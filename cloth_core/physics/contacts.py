@@ -7,44 +7,77 @@ from collections.abc import Mapping
 import numpy as np
 
 from cloth_core.config import SolverConfig
+from cloth_core.kernels import approach
 from cloth_core.kernels import contact as kernels
+from cloth_core.kernels.bodies import Bodies
+from cloth_core.kernels.contact import Points
 from cloth_core.material import Material
+from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
+from cloth_core.physics.stretch_limit import HeldMasses
 from cloth_core.pose import Pose
 
+ROUND = 0.1
+"""Of the shell: obstacles that stick out less between two vertices which touch them need no look at what is between."""
 
-class Contacts:
-    """The obstacles of a scene as arrays, and the pairs of vertex and obstacle that touch in the substep at hand."""
+
+class Contacts(HeldMasses):
+    """The obstacles of a scene as arrays, and the points of the cloth that touch them in the substep at hand.
+
+    Args:
+        obstacles: by name.
+        mesh: the cloth.
+        material: of its friction, restitution and stretch limit.
+        mass: (V,) kg.
+        config: shell and speeds.
+    """
 
     def __init__(
-        self, obstacles: Mapping[str, Obstacle], material: Material, config: SolverConfig, vertex_count: int
+        self,
+        obstacles: Mapping[str, Obstacle],
+        mesh: ClothMesh,
+        material: Material,
+        mass: np.ndarray,
+        config: SolverConfig,
     ) -> None:
-        self.names = list(obstacles)
+        super().__init__(mass)
+        self.names, self._config = list(obstacles), config
         count = len(self.names)
-        shapes = list(obstacles.values())
-        self._kind = np.array([shape.kind for shape in shapes], dtype=np.int64)
-        self._size = np.array([shape.size for shape in shapes], dtype=float).reshape(count, 3)
-        self._reach = np.array([min(shape.reach, 1e9) for shape in shapes], dtype=float)
-        self._friction = np.array(
-            [material.friction if s.friction is None else s.friction for s in shapes], dtype=float
-        )
+        solid = list(obstacles.values())
+        reach = np.array([min(shape.reach, 1e9) for shape in solid], dtype=float)
         self._restitution = material.restitution
-        self._shell = config.contact_shell
-        self._config = config
-        self._rotation = np.tile(np.eye(3), (count, 1, 1))
-        self._origin = np.zeros((count, 3))
-        self._rotation_before = self._rotation.copy()
-        self._origin_before = self._origin.copy()
-        self._turn = np.zeros((count, 3))
-        self._travel = np.zeros(count)
-        self._pair_vertex = np.zeros(vertex_count * count, dtype=np.int32)
-        self._pair_obstacle = np.zeros(vertex_count * count, dtype=np.int32)
-        self._pair_depth = np.zeros(vertex_count * count)
-        self._pushed = np.zeros(vertex_count * count)
-        self._spent = np.zeros(vertex_count * count)
-        self._normal = np.zeros((vertex_count * count, 3))
-        self._left = np.zeros((vertex_count * count, 3))
-        self._pairs = 0
+        self._bodies = Bodies(
+            kind=np.array([shape.kind for shape in solid], dtype=np.int64),
+            size=np.array([shape.size for shape in solid], dtype=float).reshape(count, 3),
+            reach=reach,
+            friction=np.array([material.friction if s.friction is None else s.friction for s in solid], dtype=float),
+            rotation_before=np.tile(np.eye(3), (count, 1, 1)),
+            origin_before=np.zeros((count, 3)),
+            rotation=np.tile(np.eye(3), (count, 1, 1)),
+            origin=np.zeros((count, 3)),
+            turn=np.zeros((count, 3)),
+            travel=np.zeros(count),
+        )
+        self._lever = np.where(reach < 1e9, reach, 1.0)
+        edges = _edges(mesh)
+        lengths = np.linalg.norm(np.diff(mesh.rest_position[edges], axis=1)[:, 0], axis=1)
+        self._longest_edge = float(lengths.max(initial=0.0)) * material.stretch_limit
+        self._edge, self._triangle = edges.astype(np.uint32), mesh.triangles.astype(np.uint32)
+        square = self._longest_edge**2
+        # The paper's masses are points (4.2.3), and in its long steps what is between them would only tear the cloth.
+        between = config.integrator != "meyer2000"
+        self._sharp = np.array(
+            [between and square > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
+        )
+        self._thin = np.array([0.0 < shape.roundness < config.contact_shell for shape in solid], np.bool_)
+        vertices = mesh.vertex_count
+        self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
+        self._points, self._count = _room(2 * vertices if count else 0), 0
+
+    def hold(self, held: np.ndarray) -> None:
+        """From now on these vertices go where they are taken, whatever is there."""
+        super().hold(held)
+        self._free = self._inverse_mass > 0.0
 
     def begin_step(self, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> list[str]:
         """Set the way of every obstacle for the coming step; returns the names of those too fast to follow.
@@ -52,12 +85,12 @@ class Contacts:
         An obstacle faster than ``max_obstacle_speed`` (at its farthest point) is teleported: it stands at
         its new place from the start, and its surface drags nothing along.
         """
-        self._way: list[tuple[Pose, Pose]] = []
+        self._way_of_bodies: list[tuple[Pose, Pose]] = []
         teleported = []
         for number, name in enumerate(self.names):
             start, end = before[name], after[name]
             way = float(np.linalg.norm(np.subtract(end.position, start.position)))
-            lever = self._reach[number] if self._reach[number] < 1e9 else 1.0
+            lever = self._lever[number]
             turn = float(np.linalg.norm(start.rotation_vector_to(end)))
             if (
                 way > self._config.max_obstacle_speed * self._config.dt
@@ -65,68 +98,72 @@ class Contacts:
             ):
                 teleported.append(name)
                 start = end
-            self._way.append((start, end))
+            self._way_of_bodies.append((start, end))
             self._place(number, start)
-        self._pairs = 0
+        self._count = 0
         return teleported
 
     def _place(self, number: int, pose: Pose) -> None:
-        self._rotation[number] = pose.rotation
-        self._origin[number] = pose.position
+        self._bodies.rotation[number] = pose.rotation
+        self._bodies.origin[number] = pose.position
+
+    @property
+    def still(self) -> bool:
+        """Whether no obstacle moves in this step."""
+        return all(start == end for start, end in self._way_of_bodies)
 
     def begin_substep(self, share: float) -> None:
         """Move the obstacles to ``share`` (0..1] of their way through the step."""
-        self._rotation_before[:] = self._rotation
-        self._origin_before[:] = self._origin
-        self._turn[:] = 0.0
-        self._travel[:] = 0.0
-        for number, (start, end) in enumerate(self._way):
+        bodies = self._bodies
+        bodies.rotation_before[:] = bodies.rotation
+        bodies.origin_before[:] = bodies.origin
+        bodies.turn[:] = 0.0
+        bodies.travel[:] = 0.0
+        for number, (start, end) in enumerate(self._way_of_bodies):
             if start is end or start == end:
                 continue
-            pose = start.toward(end, share)
-            before = self._rotation_before[number]
-            self._place(number, pose)
-            turn = self._rotation[number] @ before.T
+            self._place(number, start.toward(end, share))
+            turn = bodies.rotation[number] @ bodies.rotation_before[number].T
             # The vector of a small rotation, read off its skew part.
-            self._turn[number] = 0.5 * np.array(
+            bodies.turn[number] = 0.5 * np.array(
                 [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
             )
-            lever = self._reach[number] if self._reach[number] < 1e9 else 1.0
-            self._travel[number] = np.linalg.norm(
-                self._origin[number] - self._origin_before[number]
-            ) + lever * np.linalg.norm(self._turn[number])
+            moved = np.linalg.norm(bodies.origin[number] - bodies.origin_before[number])
+            bodies.travel[number] = moved + self._lever[number] * np.linalg.norm(bodies.turn[number])
 
-    def find(self, start: np.ndarray, predicted: np.ndarray, h: float, free: np.ndarray) -> None:
+    def find(self, start: np.ndarray, predicted: np.ndarray, h: float) -> None:
         """List what may touch while the vertices go from ``start`` to about ``predicted`` (V, 3) m in ``h`` s."""
-        self._pairs = kernels.find_contacts(
-            start, predicted, self._kind, self._size, self._reach,
-            self._rotation_before, self._origin_before, self._travel,
-            self._shell, self._config.max_push_speed * h, free,
-            self._pair_vertex, self._pair_obstacle, self._pair_depth, self._left,
-        )  # fmt: skip
-        self._pushed[: self._pairs] = 0.0
-        self._spent[: self._pairs] = 0.0
+        if not self.names:
+            return
+        while True:
+            self._count = approach.find_points(
+                start, predicted, self._edge, self._triangle, self._longest_edge, self._free, self._inverse_mass,
+                self._bodies, self._sharp, self._thin, self._config.contact_shell, self._config.max_push_speed * h,
+                self._points, self._way, self._distance, self._surface,
+            )  # fmt: skip
+            if self._count <= len(self._points.body):
+                return
+            self._points = _room(2 * self._count)
 
     @property
     def touching(self) -> int:
-        """Pairs that were pushed in this substep."""
-        return int(np.count_nonzero(self._pushed[: self._pairs]))
+        """Points that were pushed in this substep."""
+        return int(np.count_nonzero(self._points.pushed[: self._count]))
 
     @property
     def touched(self) -> np.ndarray:
         """Vertices that were pushed in this substep."""
-        return self._pair_vertex[: self._pairs][self._pushed[: self._pairs] > 0.0]
+        pushed = np.flatnonzero(self._points.pushed[: self._count])
+        counts = np.arange(3) < self._points.corners[pushed][:, None]
+        return self._points.corner[pushed][counts]
 
     def push_out(self, position: np.ndarray) -> float:
         """Bring what is too deep back to the shell, in place; returns the farthest push in m."""
-        n = self._pairs
-        if n == 0:
+        if self._count == 0:
             return 0.0
         return kernels.push_out(
-            position, self._kind, self._size, self._rotation, self._origin, self._shell,
-            self._pair_vertex[:n], self._pair_obstacle[:n], self._pair_depth[:n], self._left[:n],
-            self._pushed[:n], self._normal[:n],
-        )  # fmt: skip
+            position, self._bodies, self._points, self._count, self._inverse_mass, self._config.contact_shell
+        )
 
     def apply_friction(self, start: np.ndarray, position: np.ndarray) -> None:
         """Coulomb friction against the surfaces, which may move, on the displacement from ``start``; in place.
@@ -135,22 +172,40 @@ class Contacts:
         next sweep does not move is left alone by the next push: friction takes it off the surface in second order
         only, and the next substep sees it again.
         """
-        n = self._pairs
-        if n:
-            kernels.apply_friction(
-                start, position, self._origin, self._origin_before, self._turn, self._friction,
-                self._pair_vertex[:n], self._pair_obstacle[:n], self._pushed[:n], self._normal[:n],
-                self._spent[:n], self._left[:n],
-            )  # fmt: skip
+        if self._count:
+            kernels.apply_friction(start, position, self._bodies, self._points, self._count, self._inverse_mass)
 
     def settle_velocity(
         self, velocity: np.ndarray, before: np.ndarray, position: np.ndarray, h: float, rest_speed: float
     ) -> None:
-        """Give touched vertices the surface's normal velocity, or bounce them; ``velocity`` (V, 3) in place."""
-        n = self._pairs
-        if n:
+        """Give touched points the surface's normal velocity, or bounce them; ``velocity`` (V, 3) in place."""
+        if self._count:
             kernels.contact_velocity(
-                velocity, before, position, h,
-                self._origin, self._origin_before, self._turn, self._restitution, rest_speed,
-                self._pair_vertex[:n], self._pair_obstacle[:n], self._pushed[:n], self._normal[:n],
+                velocity, before, position, h, self._bodies, self._points, self._count, self._inverse_mass,
+                self._restitution, rest_speed,
             )  # fmt: skip
+
+
+def _edges(mesh: ClothMesh) -> np.ndarray:
+    """(E, 2) the edges of the triangles; of bare springs, those."""
+    if len(mesh.triangles) == 0:
+        return mesh.spring_vertex.copy()
+    corners = mesh.triangles
+    sides = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
+    return np.unique(sides, axis=0)
+
+
+def _room(count: int) -> Points:
+    return Points(
+        corners=np.ones(count, np.int8),
+        corner=np.zeros((count, 3), np.uint32),
+        weight=np.zeros((count, 3)),
+        yields=np.zeros(count),
+        body=np.zeros(count, np.int32),
+        depth=np.zeros(count),
+        plane=np.zeros((count, 4)),
+        left=np.zeros((count, 3)),
+        pushed=np.zeros(count),
+        spent=np.zeros(count),
+        normal=np.zeros((count, 3)),
+    )

@@ -13,6 +13,7 @@ from cloth_core.inputs import Grasp
 from cloth_core.physics.grasping import followed_pose
 from cloth_core.physics.reach import PINS, Reach, Tether, Tethers
 from cloth_core.pose import Pose
+from cloth_core.report import Slip
 from cloth_core.state import Grip
 
 PASSES = 32
@@ -34,14 +35,14 @@ class Followed:
         poses: where each shall be at the end of the step.
         slowed: names of those whose hands are too fast to follow.
         taut: names of those that stay behind their hand because the cloth gives no more.
-        slipped: names of those that lost the cloth in this step.
+        slips: those that lost the cloth in this step.
     """
 
     grips: dict[str, Grip]
     poses: dict[str, Pose]
     slowed: tuple[str, ...] = ()
     taut: tuple[str, ...] = ()
-    slipped: tuple[str, ...] = ()
+    slips: tuple[Slip, ...] = ()
 
 
 def follow(
@@ -68,7 +69,7 @@ def follow(
     """
     wanted = {name: followed_pose(grip, grasps[name], config) for name, grip in grips.items()}
     slowed = tuple(name for name in grips if wanted[name] != grasps[name].pose)
-    grips, slipped = dict(grips), []
+    grips, slipped = dict(grips), list[Slip]()
     while True:
         held = {PINS: pinned, **{name: grip.vertex for name, grip in grips.items()}}
         ends = _Ends(grips, position)
@@ -83,9 +84,9 @@ def follow(
             if asked[name] > grasps[name].slip_distance and ends.excess(tethers, name, ends.now[name], ends.now) > -TAUT
         ]
         if not lost:
-            return Followed(grips, poses, slowed, tuple(taut), tuple(sorted(slipped)))
+            return Followed(grips, poses, slowed, tuple(taut), tuple(slipped))
         slips = max(lost, key=asked.__getitem__)  # of equals, the first by name
-        slipped.append(slips)
+        slipped.append(Slip(slips, beyond=asked[slips]))
         wanted[slips] = grasps[slips].pose
         grips[slips] = Grip(grasps[slips].pose, closed=True)
 

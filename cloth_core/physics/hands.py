@@ -1,9 +1,15 @@
-"""The hands during one step: how their grips come on from substep to substep, stay behind, and lose the cloth."""
+"""The hands during one step: how their grips come on from substep to substep, stay behind, and lose the cloth.
+
+A hand that carries or pulls with more than ``max_grasp_force`` loses the cloth, too. What counts is the mean of the
+last :data:`LOAD_TIME`, for the grip follows its hand at once, and a jerk would ask for any force at all in a substep.
+Forces are those of weight, inertia and stretching, and of threads at their limit as far as W carries them: what sweeps
+lift is not felt, up to a tenth of a heavy cloth that hangs at its limit by a corner.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,10 +19,13 @@ from cloth_core.inputs import Grasp
 from cloth_core.physics.following import Followed
 from cloth_core.physics.grasping import toward
 from cloth_core.pose import Pose
+from cloth_core.report import Slip
 from cloth_core.state import Grip
 
 STUCK = 0.1
 """Share of its way in a step below which a grip counts as stuck."""
+LOAD_TIME = 0.2
+"""s, over which what a grip has to bear is averaged; older loads fade exponentially."""
 SLACK = 1.0 + 1e-6
 """On the speed limits, so that a grip arrives in spite of rounding."""
 
@@ -37,6 +46,7 @@ class Hands:
         self._pose = {name: grip.pose for name, grip in self._holding.items()}
         self._before = self._pose
         self._rows: dict[str, np.ndarray] = {}
+        self._load = {name: grip.load for name, grip in self._holding.items()}
 
     def targets(self, number: int, held: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Go on to the end of substep ``number``, from 0; (len(held), 3) m, where the ``held`` vertices shall be then.
@@ -64,17 +74,40 @@ class Hands:
             if vertex in restrained:
                 self._pose[name] = self._before[name].shifted(end[vertex] - start[vertex])
 
-    def end(self) -> tuple[dict[str, Grip], tuple[str, ...]]:
-        """The grips after the step, and the names of those that slipped in it.
+    def bear(self, load: Callable[[np.ndarray], np.ndarray]) -> None:
+        """Hear what the cloth did to the hands in this step.
+
+        ``load`` tells for the vertices of a grip the force (3,) N that it had to bear: the pull of the cloth on them,
+        their own weight and inertia.
+        """
+        share = -math.expm1(-self._config.dt / LOAD_TIME)
+        for name, grip in self._holding.items():
+            now = load(grip.vertex)
+            if np.isfinite(now).all():
+                before = np.array(grip.load)
+                self._load[name] = tuple((before + share * (now - before)).tolist())
+
+    def end(self) -> tuple[dict[str, Grip], tuple[Slip, ...]]:
+        """The grips after the step, and which of them slipped in it.
 
         Beside those that asked for more cloth than there is, a grip slips that hardly came on, while its hand is more
-        than ``slip_distance`` away: the cloth hangs on something else than hands and pins.
+        than ``slip_distance`` away: the cloth hangs on something else than hands and pins. So does one that has had to
+        bear more than ``max_grasp_force``.
         """
-        grips = {name: replace(grip, pose=self._end_of(name)) for name, grip in self._followed.grips.items()}
-        stuck = [name for name in self._holding if self._is_stuck(name)]
-        for name in stuck:
-            grips[name] = Grip(grips[name].pose, closed=True)
-        return grips, tuple(sorted((*self._followed.slipped, *stuck)))
+        grips = {
+            name: replace(grip, pose=self._end_of(name), load=self._load.get(name, grip.load))
+            for name, grip in self._followed.grips.items()
+        }
+        slips = [slip for name in self._holding if (slip := self._slip(name)) is not None]
+        for slip in slips:
+            grips[slip.name] = Grip(grips[slip.name].pose, closed=True)
+        return grips, tuple(sorted((*self._followed.slips, *slips), key=lambda slip: slip.name))
+
+    def _slip(self, name: str) -> Slip | None:
+        if self._is_stuck(name):
+            return Slip(name, beyond=_between(self._pose[name], self._grasps[name].pose))
+        load = math.hypot(*self._load[name])
+        return Slip(name, load=load) if load > self._config.max_grasp_force else None
 
     def _end_of(self, name: str) -> Pose:
         return self._pose.get(name) or self._followed.poses[name]

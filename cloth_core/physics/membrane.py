@@ -27,6 +27,11 @@ class Membrane:
             self._direction, self._modulus, viscosity_time, force,
         )  # fmt: skip
 
+    def energy(self, position: np.ndarray) -> float:
+        """J, stored at ``position`` (V, 3) m."""
+        mesh = self._mesh
+        return kernels.energy(position, mesh.triangles, mesh.triangle_slope, self._area, self._direction, self._modulus)
+
     def add_impulses(
         self,
         position: np.ndarray,

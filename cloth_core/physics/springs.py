@@ -24,6 +24,10 @@ class Springs:
             position, velocity, mesh.spring_vertex, mesh.spring_rest, self._stiffness, viscosity_time, force
         )
 
+    def energy(self, position: np.ndarray) -> float:
+        """J, stored at ``position`` (V, 3) m."""
+        return kernels.energy(position, self._mesh.spring_vertex, self._mesh.spring_rest, self._stiffness)
+
     def add_impulses(
         self,
         position: np.ndarray,

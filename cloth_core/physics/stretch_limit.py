@@ -11,6 +11,12 @@ from cloth_core.mesh import ClothMesh
 FADE = 0.97
 """Share of a limit's tension that the next substep starts with. A tension that only ever adds up lags behind what it
 limits by a quarter of a period, and so pumps energy into what swings."""
+YIELDING = 3.0
+"""Multiple of what it grows with, by which a limit's tension lets go of a thread that shortens. What adds up lags: it
+hauls a thread in with more than it held it with on its way out, which is negative damping of about stiffness / (h w^2)
+at w 1/s. FADE / (1 - FADE), 32, would leave no lag at all; that much trembles."""
+STEADY = 1e-4
+"""Share of its length by which a thread may shorten in a substep before its tension lets go: what hangs still does."""
 SHARE = 0.8
 """Of the stiffness of a sheet along its threads, with which a limit's tension grows. As much as W holds them with, and
 long steps with one pass of one iteration come to no rest; the less, the more of an excess stays."""
@@ -72,15 +78,16 @@ class StretchLimit(HeldMasses):
         count = kernels.find_taut(position, self._limited, self._vertex, self._shortest, tension, self._room)
         self._taut = self._room[:count]
 
-    def carry(self, position: np.ndarray, tension: np.ndarray) -> None:
-        """Update the ``tension`` (S,) N in place.
+    def carry(self, start: np.ndarray, position: np.ndarray, tension: np.ndarray) -> None:
+        """Update the ``tension`` (S,) N in place, after a substep from ``start`` to ``position`` (V, 3) m.
 
         Sweeps are local: what hangs on a few threads, they would have to lift anew in every substep, and they
         fall behind. What lasts is therefore carried by forces that W spreads over the cloth.
         """
         kernels.carry_limit(
-            position, self._taut, self._vertex, self._longest, self._stiffness, self._strongest, FADE, tension
-        )
+            start, position, self._taut, self._vertex, self._longest, self._stiffness, self._strongest,
+            FADE, YIELDING, STEADY, tension,
+        )  # fmt: skip
 
     def sweep(self, position: np.ndarray, number: int) -> float:
         """One pass over ``position`` (V, 3); odd numbers run backwards. Returns the worst excess it met (a ratio)."""

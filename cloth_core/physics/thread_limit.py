@@ -35,11 +35,11 @@ class ThreadLimit(HeldMasses):
         count = kernels.find_taut_threads(position, self._triangles, self._slope, shortest, tension, self._room)
         self._taut = self._room[:count]
 
-    def carry(self, position: np.ndarray, tension: np.ndarray) -> None:
+    def carry(self, start: np.ndarray, position: np.ndarray, tension: np.ndarray) -> None:
         """Update the ``tension`` (T, 2) J by which threads at their limit pull beyond their stiffness, in place."""
         kernels.carry_thread_limit(
-            position, self._taut, self._triangles, self._slope, self._longest, self._stiffness, stretch_limit.FADE,
-            tension,
+            start, position, self._taut, self._triangles, self._slope, self._longest, self._stiffness,
+            stretch_limit.FADE, stretch_limit.YIELDING, stretch_limit.STEADY, tension,
         )  # fmt: skip
 
     def sweep(self, position: np.ndarray, number: int) -> float:

@@ -129,7 +129,7 @@ class ClothNode(LifecycleNode):
             parts.outputs,
             self._recorder,
             parts.failures,
-            hints=parts.refused,
+            hints=parts.hints,
             ros_now=lambda: self.get_clock().now().nanoseconds,
             budget=self.settings.time_budget,
             on_reset=parts.intake.forget_stamps,

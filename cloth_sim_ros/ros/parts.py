@@ -38,6 +38,7 @@ class Parts:
         outputs: the publishers.
         failures: says and counts steps that went wrong.
         refused: says and counts messages that were not used.
+        hints: says and counts grasps that hold nothing, or nothing any more.
         incompatible: peers whose quality of service does not fit.
     """
 
@@ -48,6 +49,7 @@ class Parts:
     outputs: Outputs
     failures: Notices
     refused: Notices
+    hints: Notices
     incompatible: IncompatibleQos
 
 
@@ -60,7 +62,8 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
     log = node.get_logger()
     scene = _load_scene(node, settings)
     warn_of_unknown(node, parameter_names())
-    failures, refused, incompatible = Notices(log.error), Notices(log.warning), IncompatibleQos(log.warning)
+    failures, refused, hints = Notices(log.error), Notices(log.warning), Notices(log.warning)
+    incompatible = IncompatibleQos(log.warning)
     frames = FrameTree(settings.frame_id, settings.static_transforms, tf_lookup(node))
     simulation = _prepared(node, scene, settings)
     outputs = Outputs(
@@ -82,6 +85,7 @@ def assemble(node: LifecycleNode, settings: NodeSettings, undo: ExitStack) -> Pa
         outputs=outputs,
         failures=failures,
         refused=refused,
+        hints=hints,
         incompatible=incompatible,
     )
 

@@ -39,6 +39,7 @@ class Report:
         statuses.append(
             diagnostics.inputs(
                 parts.refused,
+                parts.hints,
                 stale=parts.simulation.stale if running else (),
                 undeclared=parts.inputs.undeclared(),
                 incompatible=list(parts.incompatible.seen),

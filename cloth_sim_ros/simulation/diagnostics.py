@@ -120,13 +120,19 @@ def cloth(frame: Frame | None, representation: str, failures: Notices, stretch_l
     return _status("cloth", problems, f"stretch {report.max_stretch:.3f}, {report.held} held", values)
 
 
-def inputs(refused: Notices, *, stale: Sequence[str], undeclared: Sequence[str], incompatible: Sequence[str]) -> Status:
-    """Stale grasps, messages refused by cause, topics that nobody reads."""
+def inputs(
+    refused: Notices,
+    hints: Notices,
+    *,
+    stale: Sequence[str],
+    undeclared: Sequence[str],
+    incompatible: Sequence[str],
+) -> Status:
+    """Stale grasps, messages refused by cause, grasps without effect, topics that nobody reads."""
     problems = []
     if stale:
         problems.append((Level.WARN, f"no pose comes, so the hand stays where it was: {', '.join(stale)}"))
-    if refused.within(RECENT):
-        problems.append((Level.WARN, f"refused or mended: {refused.as_text()}"))
+    problems += [(Level.WARN, text) for text in (*refused.within(RECENT), *hints.within(RECENT))]
     if undeclared:
         problems.append((Level.WARN, f"the scene has no input {', '.join(undeclared)}"))
     if incompatible:
@@ -135,6 +141,7 @@ def inputs(refused: Notices, *, stale: Sequence[str], undeclared: Sequence[str],
         "stale": ", ".join(stale) or "none",
         "refused": sum(refused.counts.values()),
         "refused_by_cause": refused.as_text() or "none",
+        "grasps_without_cloth": hints.as_text() or "none",
         "undeclared_topics": ", ".join(undeclared) or "none",
         "incompatible_qos": ", ".join(incompatible) or "none",
     }

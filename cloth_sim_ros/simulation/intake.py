@@ -1,6 +1,7 @@
 """What comes in over topics: checked, brought into the cloth's frame, and handed to the simulation.
 
-A message that cannot be used changes nothing: the last good value stays, and one line says why.
+A message that cannot be used changes nothing: the last good value stays, and one line says why. An empty ``frame_id``
+is no fault: it means the cloth's frame, as the short way to publish by hand.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Intake:
                 self._simulation.set_closure(source.name, conversions.read_closure(message))
                 return True
             stamp = self._checked_stamp(source, message, now)
-            frame = self._frame_of(source, message)
+            frame = self._frames.to_cloth(message.header.frame_id)
             self._apply(source, message, frame, now)
         except InputError as error:
             field = error.field if isinstance(error, RefusedError) else "value"
@@ -103,10 +104,3 @@ class Intake:
         cause = f"{source.topic} header.stamp set back"
         self._notices.say(cause, f"{source.topic}: header.stamp went back by {behind}; followed")
         return stamp
-
-    def _frame_of(self, source: Source, message: Any) -> Pose:
-        if not message.header.frame_id:
-            cloth = self._frames.cloth_frame
-            text = f"{source.topic}: header.frame_id is empty; taken as the cloth's frame '{cloth}' (said once)"
-            self._notices.say_once(f"{source.topic} frame", text)
-        return self._frames.to_cloth(message.header.frame_id)

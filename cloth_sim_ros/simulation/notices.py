@@ -23,27 +23,23 @@ class Notices:
         self._period = period
         self._clock = clock
         self._said: dict[str, float] = {}
-        self._once: set[str] = set()
-        self._latest = -float("inf")
+        self._latest: dict[str, tuple[float, str]] = {}
 
     def say(self, cause: str, text: str) -> None:
         """Count ``cause``; log ``text`` unless the same cause was logged within the period."""
         self.counts[cause] = self.counts.get(cause, 0) + 1
-        self._latest = now = self._clock()
+        now, count = self._clock(), self.counts[cause]
+        text = text if count == 1 else f"{text} ({count} times so far)"
+        self._latest[cause] = (now, text)
         if now - self._said.get(cause, -float("inf")) >= self._period:
             self._said[cause] = now
-            count = self.counts[cause]
-            self._log(text if count == 1 else f"{text} ({count} times so far)")
-
-    def say_once(self, cause: str, text: str) -> None:
-        """Log ``text`` the first time that ``cause`` comes; it is not counted."""
-        if cause not in self._once:
-            self._once.add(cause)
             self._log(text)
 
-    def within(self, seconds: float) -> bool:
-        """Whether anything was counted in the last ``seconds`` s."""
-        return self._clock() - self._latest <= seconds
+    def within(self, seconds: float) -> list[str]:
+        """The newest text of each cause that came in the last ``seconds`` s, the latest first."""
+        now = self._clock()
+        lately = [(at, text) for at, text in dict(self._latest).values() if now - at <= seconds]
+        return [text for _, text in sorted(lately, key=lambda said: -said[0])]
 
     def as_text(self) -> str:
         """``cause: count`` of everything counted, the most frequent first."""

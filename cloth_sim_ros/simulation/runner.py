@@ -98,14 +98,24 @@ class Runner:
             problem = f"step {frame.step_index} was not finite; the cloth was put to rest where it was before"
             self._failures.say("not finite, put to rest", problem)
 
+        self._hint(frame)
+
+    def _hint(self, frame: Frame) -> None:
+        """Say of grasps that hold nothing, or nothing any more, why that is."""
         for name in frame.report.empty:
             grasp = frame.inputs.grasps[name]
             where = ", ".join(f"{c:.3f}" for c in grasp.pose.position)
             nothing = f"no vertex is within its radius of {grasp.radius:g} m around ({where})"
             self._hints.say(f"grasp {name} closed on nothing", f"grasp {name} closed on nothing: {nothing}")
-        for name in frame.report.slipped:
-            beyond = f"its hand went more than {frame.inputs.grasps[name].slip_distance:g} m beyond the cloth's reach"
-            self._hints.say(f"grasp {name} slipped", f"grasp {name} lost the cloth: {beyond}; open and close it again")
+        for slip in frame.report.slips:
+            if slip.load:
+                most = self._simulation.solver.config.max_grasp_force
+                why = f"it had to bear {slip.load:.3g} N, solver.max_grasp_force is {most:g} N"
+            else:
+                most = frame.inputs.grasps[slip.name].slip_distance
+                why = f"its hand was {slip.beyond:.3g} m ahead of the cloth, slip_distance is {most:g} m"
+            text = f"grasp {slip.name} lost the cloth: {why}; open and close it again"
+            self._hints.say(f"grasp {slip.name} slipped", text)
 
     def _record(self, frame: Frame, stamp_ns: int) -> None:
         if self._recorder is not None:

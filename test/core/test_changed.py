@@ -43,6 +43,26 @@ def test_what_is_taken_over_from_the_old_solver_is_as_good_as_new(integrator, ma
     assert_same(played(old.changed(material=material, config=config), state, 8, 20), played(fresh, state, 8, 20))
 
 
+@pytest.mark.parametrize("there", [True, False])
+def test_a_sheet_may_pass_from_springs_to_triangles_and_back(there):
+    """They remember tensions of threads in other shapes; those of the other kind are left behind."""
+    mesh = ClothMesh.grid(width=0.6, height=0.6, columns=8, rows=8)
+    kinds = [Material(areal_density=2.0, stretch_limit=1.005, shear=shear) for shear in (400.0, 2e5)]
+    before, after = kinds if there else kinds[::-1]
+    assert mesh.is_membrane(before) != mesh.is_membrane(after)
+    solver = ClothSolver(mesh, before)
+    solver.pin([0])
+    state = solver.initial_state()
+    for _ in range(40):
+        state = solver.step(state, Inputs())
+    assert state.history["tension"].any()
+    other = solver.changed(material=after)
+    for _ in range(20):
+        state = other.step(state, Inputs())
+        assert not other.report.recovered and other.report.max_stretch < 1.15
+    assert state.history["tension"].any()
+
+
 def test_the_old_solver_steps_on_as_if_nothing_had_happened():
     solver, alone = busy_solver("implicit_midpoint"), busy_solver("implicit_midpoint")
     state = played(solver, solver.initial_state(), 0, 10)
@@ -174,4 +194,4 @@ def test_a_strip_that_hangs_at_its_limit_stays_where_it_hangs(substeps, most):
         for begin in (state, replace(state, history={}))
     )
     assert kept < most
-    assert dropped > 5 * kept or substeps != 8  # what a new substep changes itself is as much as what is forgotten
+    assert dropped > 1.5 * kept or substeps != 8  # what a new substep changes itself is as much as what is forgotten

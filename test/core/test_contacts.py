@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cloth_core import ClothMesh, ClothSolver, Inputs, Material, Pose, SolverConfig, State
-from cloth_core.kernels.contact import signed_distance
+from cloth_core.kernels.shapes import signed_distance
 from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Plane, Sphere
 
 SHELL = SolverConfig().contact_shell

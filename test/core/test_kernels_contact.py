@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from cloth_core.kernels import contact
+from cloth_core.kernels import approach, bodies, contact, nearest, shapes
 
 SEEDS = st.integers(0, 10**6)
 SHAPES = range(5)
@@ -27,31 +27,31 @@ def capsule_point(size: np.ndarray, d: np.ndarray) -> np.ndarray:
 
 # A point of the surface for each direction.
 POINTS = {
-    contact.SPHERE: lambda s, d: s[0] * d,
-    contact.BOX: lambda s, d: s * d / np.abs(d).max(),
-    contact.CAPSULE: capsule_point,
-    contact.ELLIPSOID: lambda s, d: s * d,
+    shapes.SPHERE: lambda s, d: s[0] * d,
+    shapes.BOX: lambda s, d: s * d / np.abs(d).max(),
+    shapes.CAPSULE: capsule_point,
+    shapes.ELLIPSOID: lambda s, d: s * d,
 }
 
 
 def random_size(random: np.random.Generator, kind: int) -> np.ndarray:
-    return np.zeros(3) if kind == contact.PLANE else random.uniform(0.2, 1.5, 3)
+    return np.zeros(3) if kind == shapes.PLANE else random.uniform(0.2, 1.5, 3)
 
 
 @given(SEEDS, st.sampled_from(SHAPES))
 def test_distance_is_that_of_the_twin(seed, kind):
     random = np.random.default_rng(seed)
     size, point = random_size(random, kind), random.normal(0, 1.0, 3)
-    distance = contact.signed_distance(kind, size, *point)[0]
+    distance = shapes.signed_distance(kind, size, *point)[0]
     assert distance == pytest.approx(twins.DISTANCE[kind](size, point), abs=1e-9)
 
 
-@given(SEEDS, st.sampled_from([contact.SPHERE, contact.BOX, contact.CAPSULE, contact.ELLIPSOID]))
+@given(SEEDS, st.sampled_from([shapes.SPHERE, shapes.BOX, shapes.CAPSULE, shapes.ELLIPSOID]))
 def test_no_point_of_the_surface_is_nearer_than_the_distance(seed, kind):
     """Points of the surface by direction, the nearest refined by scipy: the formula under test is not used."""
     random = np.random.default_rng(seed)
     size, point = random_size(random, kind), random.normal(0, 1.0, 3)
-    distance = contact.signed_distance(kind, size, *point)[0]
+    distance = shapes.signed_distance(kind, size, *point)[0]
 
     def gap(angles):
         u, v = angles
@@ -71,21 +71,19 @@ def test_no_point_of_the_surface_is_nearer_than_the_distance(seed, kind):
 def test_normal_is_the_gradient_and_leads_to_the_surface(seed, kind):
     random = np.random.default_rng(seed)
     size, point = random_size(random, kind), random.normal(0, 1.0, 3)
-    distance, *normal = contact.signed_distance(kind, size, *point)
+    distance, *normal = shapes.signed_distance(kind, size, *point)
     assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-9)
-    assert contact.signed_distance(kind, size, *(point - distance * np.array(normal)))[0] == pytest.approx(
-        0.0, abs=1e-7
-    )
+    assert shapes.signed_distance(kind, size, *(point - distance * np.array(normal)))[0] == pytest.approx(0.0, abs=1e-7)
 
 
 @pytest.mark.parametrize("kind", SHAPES)
 def test_distance_and_normal_are_finite_at_the_centre_on_axes_and_on_the_surface(kind):
-    size = np.array([0.5, 0.5, 0.5]) if kind == contact.ELLIPSOID else np.array([0.5, 0.4, 0.3])
+    size = np.array([0.5, 0.5, 0.5]) if kind == shapes.ELLIPSOID else np.array([0.5, 0.4, 0.3])
     for sizes in (size, np.array([0.5, 0.2, 0.2]), np.array([0.3, 0.5, 0.1])):
         for point in np.concatenate(
             [np.zeros((1, 3)), 0.1 * np.eye(3), np.diag(sizes), 3 * np.eye(3), -np.diag(sizes)]
         ):
-            distance, *normal = contact.signed_distance(kind, sizes, *point)
+            distance, *normal = shapes.signed_distance(kind, sizes, *point)
             assert np.isfinite(distance)
             assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-9)
 
@@ -96,15 +94,15 @@ def test_ellipsoid_on_its_axes(radii):
     for axis in range(3):
         point = np.zeros(3)
         point[axis] = 2.0
-        assert contact.ellipsoid_distance(*point, *radii)[0] == pytest.approx(2.0 - radii[axis], abs=1e-7)
-    assert contact.ellipsoid_distance(0.0, 0.0, 0.0, *radii)[0] == pytest.approx(-min(radii), abs=1e-7)
+        assert shapes.ellipsoid_distance(*point, *radii)[0] == pytest.approx(2.0 - radii[axis], abs=1e-7)
+    assert shapes.ellipsoid_distance(0.0, 0.0, 0.0, *radii)[0] == pytest.approx(-min(radii), abs=1e-7)
 
 
 @given(SEEDS)
 def test_into_frame_is_the_inverse_pose(seed):
     random = np.random.default_rng(seed)
     rotation, origin, point = Rotation.random(rng=random).as_matrix(), *random.normal(size=(2, 3))
-    np.testing.assert_allclose(contact.into_frame(rotation, origin, *point), rotation.T @ (point - origin), atol=1e-13)
+    np.testing.assert_allclose(bodies.into_frame(rotation, origin, *point), rotation.T @ (point - origin), atol=1e-13)
 
 
 def crowd(seed: int):
@@ -124,15 +122,66 @@ def crowd(seed: int):
     )
 
 
+def placed(random: np.random.Generator, kind, size, reach, rotation, origin, **given: np.ndarray) -> bodies.Bodies:
+    """Obstacles that stand still unless ``given`` something else."""
+    count = len(kind)
+    still = {
+        "friction": np.zeros(count),
+        "rotation_before": rotation,
+        "origin_before": origin,
+        "turn": np.zeros((count, 3)),
+        "travel": np.zeros(count),
+    }
+    return bodies.Bodies(
+        **{"kind": kind, "size": size, "reach": reach, "rotation": rotation, "origin": origin, **still, **given}
+    )
+
+
+def points_on(random: np.random.Generator, vertices: int, count: int, body: np.ndarray, yielding: np.ndarray):
+    """Vertices, points of edges and points of triangles, in turn."""
+    corners = (np.arange(count) % 3 + 1).astype(np.int8)
+    corner = np.array([random.permutation(vertices)[:3] for _ in range(count)], dtype=np.uint32)
+    weight = random.uniform(0.1, 1.0, (count, 3)) * (np.arange(3) < corners[:, None])
+    weight /= weight.sum(axis=1, keepdims=True)
+    yields = (weight**2 * yielding[corner]).sum(axis=1)
+    room = {
+        "depth": np.zeros(count),
+        "plane": np.zeros((count, 4)),
+        "left": np.full((count, 3), np.nan),
+        "pushed": np.zeros(count),
+        "spent": np.zeros(count),
+        "normal": np.zeros((count, 3)),
+    }
+    return contact.Points(corners=corners, corner=corner, weight=weight, yields=yields, body=body, **room)
+
+
+def whereabouts(x: np.ndarray, points: contact.Points) -> np.ndarray:
+    return np.einsum("pn,pna->pa", points.weight, x[points.corner])
+
+
+def moved(x: np.ndarray, points: contact.Points, p: int, yielding: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Slow twin: the corners of point p by as little as takes it along ``way``, weighed by mass; a vertex as it is."""
+    x = x.copy()
+    if points.corners[p] == 1:
+        x[points.corner[p, 0]] += way
+        return x
+    for v, w in zip(points.corner[p], points.weight[p], strict=True):
+        x[v] += w * yielding[v] / points.yields[p] * way
+    return x
+
+
 @pytest.mark.parametrize("seed", range(8))
-def test_found_contacts_are_all_that_may_touch(seed):
+def test_found_vertices_are_all_that_may_touch(seed):
     random, x, kind, size, reach, rotation, origin = crowd(seed)
-    shell, recover, travel = 0.01, 0.004, random.uniform(0, 0.05, 5)
-    predicted, free = x + random.normal(0, 0.05, x.shape), random.random(40) < 0.8
-    pairs = np.full((2, 200), -1, np.int32)
-    depth, left = np.full(200, np.nan), np.zeros((200, 3))
-    count = contact.find_contacts(
-        x, predicted, kind, size, reach, rotation, origin, travel, shell, recover, free, *pairs, depth, left
+    shell, recover, travel = 0.05, 0.004, random.uniform(0, 0.02, 5)
+    predicted, free = x + random.normal(0, 0.01, x.shape), random.random(40) < 0.8
+    found = placed(random, kind, size, reach, rotation, origin, travel=travel)
+    room = points_on(random, 40, 200, np.zeros(200, np.int32), np.ones(40))
+    room.left[:] = 0.0
+    scratch = np.zeros(40), np.zeros(40), np.zeros((40, 3))
+    no_edge, no_triangle, blunt = np.zeros((0, 2), np.uint32), np.zeros((0, 3), np.uint32), np.zeros(5, np.bool_)
+    count = approach.find_points(
+        x, predicted, no_edge, no_triangle, 0.1, free, 1.0 * free, found, blunt, blunt, shell, recover, room, *scratch
     )
     expected = {}
     for v in np.flatnonzero(free):
@@ -141,89 +190,163 @@ def test_found_contacts_are_all_that_may_touch(seed):
             distance = twins.DISTANCE[kind[o]](size[o], rotation[o].T @ (x[v] - origin[o]))
             if distance < 2 * shell + way + travel[o]:
                 expected[v, o] = max(0.0, shell - distance - recover)
-    assert {(int(v), int(o)) for v, o in pairs[:, :count].T} == set(expected)
+    listed = list(zip(room.corner[:count, 0].tolist(), room.body[:count].tolist(), strict=True))
+    assert set(listed) == set(expected)
     assert count == len(expected)
-    np.testing.assert_allclose(depth[:count], [expected[v, o] for v, o in pairs[:, :count].T], atol=1e-8)
-    np.testing.assert_array_equal(np.isnan(left).any(axis=1), np.arange(200) < count)
+    np.testing.assert_allclose(room.depth[:count], [expected[pair] for pair in listed], atol=1e-8)
+    np.testing.assert_array_equal(np.isnan(room.left).any(axis=1), np.arange(200) < count)
+
+
+def test_what_there_is_no_room_for_is_counted():
+    random, x, kind, size, reach, rotation, origin = crowd(1)
+    found = placed(random, kind, size, reach, rotation, origin)
+    counts = []
+    for room in (3, 200):
+        points = points_on(random, 40, room, np.zeros(room, np.int32), np.ones(40))
+        scratch = np.zeros(40), np.zeros(40), np.zeros((40, 3))
+        nothing = np.zeros((0, 2), np.uint32), np.zeros((0, 3), np.uint32)
+        blunt, free = np.zeros(5, np.bool_), np.ones(40, np.bool_)
+        counts.append(
+            approach.find_points(
+                x, x, *nothing, 0.1, free, np.ones(40), found, blunt, blunt, 0.05, 0.0, points, *scratch
+            )
+        )
+    assert counts[0] == counts[1] > 3
+
+
+@given(SEEDS, st.sampled_from([shapes.SPHERE, shapes.BOX, shapes.CAPSULE, shapes.ELLIPSOID]))
+def test_the_nearest_point_of_an_edge_and_of_a_triangle_is_that_of_a_fine_grid(seed, kind):
+    random = np.random.default_rng(seed)
+    size, corner, weight = random_size(random, kind), random.normal(0, 2.0, (3, 3)), np.zeros(3)
+    u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 1, 41), np.linspace(0, 1, 41)))
+    inside = u + v <= 1.0 + 1e-12
+    samples = {
+        2: np.column_stack([1 - u, u, 0 * u]),
+        3: np.column_stack([1 - u - v, u, v])[inside],
+    }
+    extent = np.linalg.norm(corner - corner.mean(axis=0), axis=1).max()
+    for corners, shares in samples.items():
+        distance = nearest.nearest(kind, size, corner, corners, weight)[0]
+        least = min(shapes.signed_distance(kind, size, *point)[0] for point in shares @ corner)
+        assert weight[:corners].sum() == pytest.approx(1.0)
+        assert (weight[:corners] >= 0.0).all()
+        assert distance == pytest.approx(shapes.signed_distance(kind, size, *(weight[:corners] @ corner[:corners]))[0])
+        # Each of the two searches stops within 2^-8 of a line.
+        assert least - 0.05 * extent < distance < least + 2.0**-7 * 2.0 * extent
+
+
+@given(SEEDS)
+def test_what_passes_a_plate_within_a_step_is_stopped_where_it_first_touches(seed):
+    """A vertex, an edge and a triangle that fly through a thin box along its short axis."""
+    random = np.random.default_rng(seed)
+    thickness, shell, height = random.uniform(1e-3, 1e-2), random.uniform(1e-3, 5e-3), random.uniform(0.03, 0.2)
+    size = np.array([1.0, 1.0, 0.5 * thickness])
+    for corners in (1, 2, 3):
+        begin = np.column_stack([random.uniform(-0.3, 0.3, (3, 2)), height + random.uniform(0, 0.02, 3)])
+        end, weight = begin - [0.0, 0.0, 1.0], np.zeros(3)
+        stopped, distance, *normal = approach.first_touch(shapes.BOX, size, begin, end, corners, shell, weight)
+        assert stopped
+        np.testing.assert_allclose(normal, [0.0, 0.0, 1.0], atol=1e-12)
+        assert distance == pytest.approx(shell, rel=0.3)
+        assert begin[:corners, 2].min() == pytest.approx(
+            0.5 * thickness + distance, abs=2.0**-7 * 0.1
+        )  # two searches by halves
+        begin[:, 2] = -height  # from below the plate, and away
+        stopped, *_ = approach.first_touch(shapes.BOX, size, begin, begin - [0.0, 0.0, 1.0], corners, shell, weight)
+        assert not stopped
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_push_out_moves_along_the_normal_to_the_allowed_depth(seed):
-    random, x, kind, size, _, rotation, origin = crowd(seed)
-    vertex, obstacle = np.arange(40, dtype=np.int32), random.integers(0, 5, 40).astype(np.int32)
-    depth, pushed, normal, before = random.uniform(0, 0.02, 40), np.full(40, 0.5), np.full((40, 3), np.nan), x.copy()
-    left = np.full((40, 3), np.nan)
-    left[::4] = x[::4]
-    most = contact.push_out(x, kind, size, rotation, origin, 0.01, vertex, obstacle, depth, left, pushed, normal)
-    ways = np.zeros(40)
-    for v, o in zip(vertex, obstacle, strict=True):
-        if v % 4 == 0:
-            continue  # it is where it was left
-        there = lambda p, o=o: twins.DISTANCE[kind[o]](size[o], rotation[o].T @ (p - origin[o]))  # noqa: E731
-        ways[v] = max(0.0, 0.01 - depth[v] - there(before[v]))
-        np.testing.assert_allclose(x[v] - before[v], ways[v] * normal[v] if ways[v] else 0.0, atol=1e-8)
-        if 0 < ways[v]:
-            assert there(x[v]) == pytest.approx(0.01 - depth[v], abs=1e-6)
-    np.testing.assert_array_equal(x[::4], before[::4])
-    np.testing.assert_allclose(pushed - 0.5, ways, atol=1e-8)
+    """Points one by one, in their order, each from where the last one left the vertices; one is where it was left."""
+    random, x, kind, size, reach, rotation, origin = crowd(seed)
+    found = placed(random, kind, size, reach, rotation, origin)
+    yielding = random.uniform(0.0, 2.0, 40) * (random.random(40) < 0.9)
+    points = points_on(random, 40, 60, random.integers(0, 5, 60).astype(np.int32), yielding)
+    points.depth[:] = random.uniform(0, 0.02, 60)
+    points.pushed[:] = 0.5
+    rooted = points.yields < 1e-3
+    points.left[rooted] = whereabouts(x, points)[rooted]
+    expected, ways = x.copy(), np.zeros(60)
+    for p in np.flatnonzero(~rooted):
+        o, here = points.body[p], whereabouts(expected, points)[p]
+        distance = bodies.distance_in_world(kind[o], size[o], rotation[o], origin[o], *here)
+        assert distance[0] == pytest.approx(
+            twins.DISTANCE[kind[o]](size[o], rotation[o].T @ (here - origin[o])), abs=1e-7
+        )
+        ways[p] = max(0.0, 0.01 - points.depth[p] - distance[0])
+        expected = moved(expected, points, p, yielding, ways[p] * np.array(distance[1:]))
+    most = contact.push_out(x, found, points, 60, yielding, 0.01)
+    np.testing.assert_allclose(x, expected, atol=1e-8)
+    np.testing.assert_allclose(points.pushed - 0.5, ways, atol=1e-8)
     assert most == pytest.approx(ways.max(), abs=1e-8)
-    assert 3 < np.count_nonzero(ways) < 30
+    assert 5 < np.count_nonzero(ways) < 60
+
+
+def test_a_plane_that_was_touched_first_counts_whatever_is_behind_it():
+    random = np.random.default_rng(4)
+    rotation, origin = Rotation.random(1, rng=random).as_matrix(), random.normal(size=(1, 3))
+    found = placed(random, np.array([shapes.SPHERE]), np.full((1, 3), 0.1), np.array([0.1]), rotation, origin)
+    points = contact.Points(
+        corners=np.ones(1, np.int8), corner=np.zeros((1, 3), np.uint32), weight=np.ones((1, 3)), yields=np.ones(1),
+        body=np.zeros(1, np.int32), depth=np.zeros(1), plane=np.array([[0.0, 0.0, 1.0, 0.1]]),
+        left=np.full((1, 3), np.nan), pushed=np.zeros(1), spent=np.zeros(1), normal=np.zeros((1, 3)),
+    )  # fmt: skip
+    x = origin + np.array([[0.02, 0.03, -0.5]]) @ rotation[0].T  # far behind the sphere
+    assert contact.push_out(x, found, points, 1, np.ones(1), 0.01) == pytest.approx(0.61)
+    np.testing.assert_allclose((x - origin) @ rotation[0], [[0.02, 0.03, 0.11]], atol=1e-12)
+    np.testing.assert_allclose(points.normal[0], rotation[0][:, 2], atol=1e-12)
 
 
 def touching(seed: int):
-    """Six vertices touching two moving, turning obstacles."""
+    """Nine points of twelve vertices that touch two moving, turning obstacles."""
     random = np.random.default_rng(seed)
-    start, x = random.normal(size=(2, 6, 3))
-    x = start + 0.1 * x
+    start = random.normal(size=(12, 3))
+    x = start + 0.1 * random.normal(size=(12, 3))
     origin, origin_before, turn = random.normal(size=(3, 2, 3))
-    normal = random.normal(size=(6, 3))
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    pushed = random.uniform(0, 0.3, 6) * (random.random(6) < 0.8)
-    return (
-        random,
-        start,
-        x,
-        origin,
-        0.05 * origin_before + origin,
-        0.1 * turn,
-        normal,
-        pushed,
-        np.array([0, 1, 0, 1, 0, 1], np.int32),
-    )
+    yielding = random.uniform(0.5, 2.0, 12)
+    points = points_on(random, 12, 9, random.integers(0, 2, 9).astype(np.int32), yielding)
+    points.normal[:] = random.normal(size=(9, 3))
+    points.normal[:] /= np.linalg.norm(points.normal, axis=1, keepdims=True)
+    points.pushed[:] = random.uniform(0, 0.3, 9) * (random.random(9) < 0.8)
+    eye = np.tile(np.eye(3), (2, 1, 1))
+    found = placed(
+        random, np.ones(2, np.int64), np.ones((2, 3)), np.ones(2), eye, origin,
+        origin_before=0.05 * origin_before + origin, turn=0.1 * turn, friction=random.uniform(0, 1, 2),
+    )  # fmt: skip
+    return random, start, x, yielding, found, points
 
 
 @given(SEEDS)
 def test_friction_takes_back_at_most_mu_times_the_push(seed):
-    random, start, x, origin, before, turn, normal, pushed, obstacle = touching(seed)
-    mu, spent = random.uniform(0, 1, 2), random.uniform(0, 0.05, 6)
-    expected, used = x.copy(), spent.copy()
-    left = np.full((6, 3), np.nan)
-    left[2] = x[2]
-    for v in np.flatnonzero(pushed):
-        if v == 2:
+    random, start, x, yielding, found, points = touching(seed)
+    points.spent[:] = random.uniform(0, 0.05, 9)
+    expected, used = x.copy(), points.spent.copy()
+    points.left[2] = whereabouts(x, points)[2]
+    for p in np.flatnonzero(points.pushed):
+        o, here = points.body[p], whereabouts(expected, points)[p]
+        if p == 2 and (here == points.left[2]).all():
             continue  # it is where it was left
-        o = obstacle[v]
-        surface = twins.surface_way(x[v], origin[o], before[o], turn[o])
-        expected[v], taken = twins.friction(start[v], x[v], surface, normal[v], mu[o] * pushed[v] - spent[v])
-        used[v] += taken
-    vertex = np.arange(6, dtype=np.int32)
-    contact.apply_friction(start, x, origin, before, turn, mu, vertex, obstacle, pushed, normal, spent, left)
-    np.testing.assert_allclose(x, expected, atol=1e-13)
-    np.testing.assert_array_equal(left, x)
-    np.testing.assert_allclose(spent, used, atol=1e-13)
+        surface = twins.surface_way(here, found.origin[o], found.origin_before[o], found.turn[o])
+        most = found.friction[o] * points.pushed[p] - used[p]
+        wanted, taken = twins.friction(whereabouts(start, points)[p], here, surface, points.normal[p], most)
+        expected = moved(expected, points, p, yielding, wanted - here)
+        used[p] += taken
+    contact.apply_friction(start, x, found, points, 9, yielding)
+    np.testing.assert_allclose(x, expected, atol=1e-12)
+    np.testing.assert_allclose(points.spent, used, atol=1e-12)
 
 
 @given(SEEDS, st.sampled_from([0.0, 0.5, 1.0]))
 def test_impact_gives_back_its_share_of_the_approach(seed, restitution):
-    random, _, x, origin, before, turn, normal, pushed, obstacle = touching(seed)
-    velocity, earlier = random.normal(0, 2, (2, 6, 3))
+    random, _, x, yielding, found, points = touching(seed)
+    velocity, earlier = random.normal(0, 2, (2, 12, 3))
     h, rest_speed, expected = 0.02, 0.6, velocity.copy()
-    for v in np.flatnonzero(pushed):
-        o = obstacle[v]
-        surface = twins.surface_way(x[v], origin[o], before[o], turn[o]) @ normal[v] / h
-        expected[v] = twins.impact(velocity[v], earlier[v], surface, normal[v], restitution, rest_speed)
-    vertex = np.arange(6, dtype=np.int32)
-    contact.contact_velocity(
-        velocity, earlier, x, h, origin, before, turn, restitution, rest_speed, vertex, obstacle, pushed, normal
-    )
-    np.testing.assert_allclose(velocity, expected, atol=1e-11)
+    for p in np.flatnonzero(points.pushed):
+        o, here, normal = points.body[p], whereabouts(x, points)[p], points.normal[p]
+        surface = twins.surface_way(here, found.origin[o], found.origin_before[o], found.turn[o]) @ normal / h
+        now, before = whereabouts(expected, points)[p], whereabouts(earlier, points)[p]
+        wanted = twins.impact(now, before, surface, normal, restitution, rest_speed)
+        expected = moved(expected, points, p, yielding, wanted - now)
+    contact.contact_velocity(velocity, earlier, x, h, found, points, 9, yielding, restitution, rest_speed)
+    np.testing.assert_allclose(velocity, expected, atol=1e-10)

@@ -39,6 +39,17 @@ def test_each_kernel_is_its_formula(seed):
 
 
 @given(SEEDS)
+def test_a_lag_is_bounded_but_for_what_gravity_has_in_it(seed):
+    _, _, lag, _, _, _, most, h = drawn(seed)
+    gravity = np.array([0.3, -0.2, -9.81])
+    inner = lag - 0.5 * h * gravity
+    speed = np.linalg.norm(inner, axis=1)
+    expected = 0.5 * h * gravity + inner * np.minimum(1.0, most / speed)[:, None]
+    midpoint.bound_lag(gravity, h, most, lag)
+    np.testing.assert_allclose(lag, expected, atol=1e-12)
+
+
+@given(SEEDS)
 def test_constant_acceleration_is_followed_exactly(seed):
     """Twenty substeps of inertia alone: positions on the parabola, the mean velocity and the lag as they must be."""
     x, v, lag, a, force, _, mass, h = drawn(seed)

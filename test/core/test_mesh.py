@@ -84,12 +84,21 @@ HALVES = [[0, 1, 2], [1, 3, 2]]
 @pytest.mark.parametrize(
     ("build", "message"),
     [
-        (lambda: ClothMesh.grid(width=1, height=1, columns=1, rows=5), "at least 2 columns and 2 rows, not 1 x 5"),
+        (
+            lambda: ClothMesh.grid(width=1, height=1, columns=1, rows=5),
+            "columns: 1 is not a whole number of at least 2",
+        ),
+        (lambda: ClothMesh.grid(width=1, height=1, columns=5, rows="5"), "rows: '5' is not a whole number of at least"),
+        (lambda: ClothMesh.grid(width=1, height=1, columns=5, rows=True), "rows: True is not a whole number"),
         (
             lambda: ClothMesh.grid(width=-1, height=1, columns=3, rows=3),
-            "positive width and height up to .* m, not -1 x 1 m",
+            r"width: -1 is not a positive number up to 2e\+06 m",
         ),
-        (lambda: ClothMesh.grid(width=np.inf, height=1, columns=3, rows=3), "positive width"),
+        (lambda: ClothMesh.grid(width=np.inf, height=1, columns=3, rows=3), "width: inf is not a positive number"),
+        (lambda: ClothMesh.grid(width=1, height="1", columns=3, rows=3), "height: '1' is not a positive number"),
+        (lambda: ClothMesh.grid(width=1, height=3e6, columns=3, rows=3), r"height: 3000000.0 is not .* up to 2e\+06 m"),
+        (lambda: ClothMesh.from_trimesh("sheet.stl"), "'sheet.stl' is not a trimesh.Trimesh; ClothMesh.load"),
+        (lambda: ClothMesh.load(None), "path: None is not the path of a mesh file"),
         (
             lambda: ClothMesh.from_triangles(np.where(SQUARE == 1, np.nan, SQUARE), HALVES),
             "vertices not finite .*: 1, 2, 3;",

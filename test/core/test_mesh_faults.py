@@ -196,9 +196,13 @@ LINKS = [[0, 1], [1, 2]]
         (lambda: ClothMesh.from_triangles(POSITION, TRIANGLES, warp=(0, 0, 0)), r"warp \(0, 0, 0\) is not a direction"),
         (lambda: ClothMesh.from_triangles(POSITION, TRIANGLES, warp=(0, np.nan, 1)), "is not a direction"),
         (lambda: ClothMesh.from_triangles(POSITION, TRIANGLES, groups={"hem": [0.5]}), "members of the group 'hem'"),
-        (lambda: ClothMesh.grid(width=1, height=1, columns=2.5, rows=3), "at least 2 columns and 2 rows, not 2.5 x 3"),
+        (lambda: ClothMesh.grid(width=1, height=1, columns=2.5, rows=3), "columns: 2.5 is not a whole number"),
         (lambda: ClothMesh.grid(width=1000, height=0.001, columns=2, rows=9), "cells of the grid are 1000 x 0.000125"),
-        (lambda: ClothMesh.from_springs(LINE, LINKS, stiffness=[1, 2, 3], mass=1), r"stiffness .* or 2 numbers"),
+        (
+            lambda: ClothMesh.from_springs(LINE, LINKS, stiffness=[1, 2, 3], mass=1),
+            r"stiffness .* or 2 numbers, not \[1,",
+        ),
+        (lambda: ClothMesh.from_springs(LINE, LINKS, stiffness="x", mass=1), r"stiffness \(N/m\) must be .*, not 'x'"),
         (
             lambda: ClothMesh.from_springs(LINE, LINKS, stiffness=1, mass=1, rest_length=[1, 0]),
             "shorter than 1e-10 m: 1;",

@@ -199,12 +199,36 @@ def test_a_broken_obj_is_refused_with_the_place(tmp_path, text, message):
 
 
 @pytest.mark.parametrize("name", ["missing.obj", "missing.stl", "what.xyzzy"])
-def test_a_file_that_cannot_be_read_is_named(tmp_path, name):
-    with pytest.raises(MeshError, match=rf"{name}: cannot be read as a mesh: \w"):
+def test_a_file_that_is_not_there_is_named(tmp_path, name):
+    with pytest.raises(MeshError, match=rf"{name}: cannot be read as a mesh: there is no such file"):
+        ClothMesh.load(tmp_path / name)
+    (tmp_path / name).mkdir()
+    with pytest.raises(MeshError, match=rf"{name}: cannot be read as a mesh: it is a folder"):
         ClothMesh.load(tmp_path / name)
 
 
-@pytest.mark.parametrize("scale", [0.0, -1.0, np.nan, np.inf])
+def test_an_ending_that_names_no_format_is_answered_with_those_that_do(tmp_path):
+    path = tmp_path / "sheet.txt"
+    path.write_text("hello")
+    with pytest.raises(MeshError, match=r"sheet.txt: cannot be read as a mesh: \.txt is not one of .*obj, .*ply, stl"):
+        ClothMesh.load(path)
+
+
+@pytest.mark.parametrize("extension", ["ply", "stl", "glb"])
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+def test_a_file_that_was_cut_off_is_refused_without_a_word_of_the_library_that_reads_it(folder, extension, share):
+    path = folder / f"cut.{extension}"
+    trimesh.Trimesh(POSITION, TRIANGLES, process=False).export(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(
+        MeshError, match=rf"cut.{extension}: .* does not hold a whole and sound .{extension} file"
+    ) as told:
+        ClothMesh.load(path)
+    assert told.value.__cause__ is None and told.value.__suppress_context__
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, np.nan, np.inf, "x", None])
 def test_a_scale_that_is_none_is_refused(folder, scale):
     with pytest.raises(MeshError, match=r"any.obj: scale .* is not a positive number"):
         ClothMesh.load(folder / "any.obj", scale=scale)

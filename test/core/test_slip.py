@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -173,6 +174,102 @@ def test_a_jerk_of_10_metres_does_not_tear_what_is_free(dt):
         state = solver.step(state, Inputs(grasps={"hand": hand((10.0, 0.25, 0.0))}))
         assert solver.report.max_stretch <= 1.03 + MARGIN
     assert state.position[:, 0].mean() > 2.0  # it went along
+
+
+HEAVY = Material(areal_density=2.0)
+HEAVY_CLOTHS = {
+    "grid": ClothMesh.grid(width=1.0, height=1.0, columns=14, rows=14),
+    "irregular": irregular_sheet(1.0, 1.0, 11, seed=5),
+    "all in hand": ClothMesh.grid(width=0.1, height=0.1, columns=4, rows=4),
+}
+
+
+def lifted(mesh, strongest, dt=0.02, seconds=1.2, radius=0.08):
+    """A hand closes at a corner (or around it all) and rises by 0.3 m/s; solver, last state and slips."""
+    solver = ClothSolver(mesh, HEAVY, SolverConfig(dt=dt, max_grasp_force=strongest))
+    corner, state, slips = mesh.rest_position[0], solver.initial_state(), []
+    for n in range(round(seconds / dt)):
+        place = corner + np.array([0.0, 0.0, 0.3 * n * dt])
+        state = solver.step(state, Inputs(grasps={"hand": hand(place, radius=radius)}))
+        slips += [(n * dt, slip) for slip in solver.report.slips]
+    return solver, state, slips
+
+
+@pytest.mark.parametrize("dt", [0.004, 0.02, 0.1])
+@pytest.mark.parametrize("name", ["grid", "irregular"])
+def test_a_cloth_of_20_newton_slips_from_a_hand_that_bears_1_and_hangs_on_one_that_bears_100(name, dt):
+    mesh = HEAVY_CLOTHS[name]
+    _, fallen, slips = lifted(mesh, 1.0, dt)
+    assert [slip.name for _, slip in slips] == ["hand"] and slips[0][0] < 0.2
+    assert slips[0][1].load > 1.0 and slips[0][1].beyond == 0.0
+    assert fallen.grips["hand"].closed and len(fallen.held) == 0
+    assert fallen.position[:, 2].max() < -2.0
+    _, carried, slips = lifted(mesh, 100.0, dt)
+    grip = carried.grips["hand"]
+    assert slips == [] and len(grip.vertex) > 0
+    assert carried.position[:, 2].max() == pytest.approx(grip.pose.position[2], abs=0.1)
+
+
+@pytest.mark.parametrize(("limit", "missing"), [(10.0, 0.001), (1.03, 0.1)])
+@pytest.mark.parametrize("name", HEAVY_CLOTHS)
+def test_what_a_hand_bears_is_the_weight_of_the_cloth_that_hangs_still(name, limit, missing):
+    """Up to what the sweeps lift of a cloth at its stretch limit."""
+    mesh = HEAVY_CLOTHS[name]
+    solver = ClothSolver(mesh, replace(HEAVY, damping=4.0, stretch_limit=limit))
+    radius = 0.2 if name == "all in hand" else 0.08
+    corner, state = mesh.rest_position[0], solver.initial_state()
+    for _ in range(300):
+        state = solver.step(state, Inputs(grasps={"hand": hand(corner, radius=radius)}))
+    weight = 9.81 * mesh.vertex_mass(HEAVY).sum()
+    sideways, load = np.abs(state.grips["hand"].load[:2]), -state.grips["hand"].load[2]
+    assert sideways.max() < 0.01 * weight
+    assert (1.0 - missing) * weight < load < 1.001 * weight
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.1])
+def test_a_hand_drops_what_weighs_a_little_more_than_it_bears_and_carries_what_weighs_less(factor):
+    """The cloth hangs still on a hand that could carry any; then the hand is told what it can."""
+    mesh = HEAVY_CLOTHS["grid"]
+    weight = 9.81 * mesh.vertex_mass(HEAVY).sum()
+    inputs = Inputs(grasps={"hand": hand(mesh.rest_position[0], radius=0.08)})
+    solver = ClothSolver(mesh, replace(HEAVY, damping=4.0, stretch_limit=10.0))
+    state = solver.initial_state()
+    for _ in range(300):
+        state = solver.step(state, inputs)
+    weaker = solver.changed(config=SolverConfig(max_grasp_force=factor * weight))
+    for _ in range(20):
+        state = weaker.step(state, inputs)
+    assert (len(state.held) > 0) == (factor > 1.0)
+
+
+def test_two_hands_share_a_weight_that_is_too_much_for_one():
+    mesh = HEAVY_CLOTHS["grid"]
+    weight = 9.81 * mesh.vertex_mass(HEAVY).sum()
+    corners = mesh.rest_position[mesh.group("corners")[:2]]
+    fabric = replace(HEAVY, damping=4.0, stretch_limit=10.0)
+    solver = ClothSolver(mesh, fabric, SolverConfig(max_grasp_force=0.9 * weight))
+    state = solver.initial_state()
+    for n in range(200):
+        inward = np.array([min(0.001 * n, 0.1), 0.0, 0.0])
+        grasps = {"left": hand(corners[0] + inward, radius=0.08), "right": hand(corners[1] - inward, radius=0.08)}
+        state = solver.step(state, Inputs(grasps=grasps))
+        assert solver.report.slips == ()
+    loads = np.array([state.grips[name].load for name in grasps])
+    np.testing.assert_allclose(loads.sum(axis=0), [0.0, 0.0, -weight], atol=0.01 * weight)
+    del grasps["left"]
+    dropped = [solver.report.slipped for _ in range(60) if (state := solver.step(state, Inputs(grasps=grasps)))]
+    assert ("right",) in dropped
+
+
+def test_what_a_hand_slipped_away_from_says_how_far_it_was_ahead():
+    solver = ClothSolver(SHEET, Material())
+    solver.pin(SHEET.group("left"))
+    state, slips = solver.initial_state(), []
+    for n in range(100):
+        state = solver.step(state, Inputs(grasps={"hand": hand((0.25 + 0.002 * n, 0.25, 0.0), slip_distance=0.03)}))
+        slips += solver.report.slips
+    assert [slip.name for slip in slips] == ["hand"]
+    assert 0.03 < slips[0].beyond < 0.03 + 2 * 0.002 and slips[0].load == 0.0
 
 
 def test_the_rest_of_a_slip_is_bit_equal_after_a_restore():

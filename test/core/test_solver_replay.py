@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import textwrap
@@ -18,6 +19,7 @@ from cloth_core import (
     ClothMesh,
     ClothSolver,
     Grasp,
+    InputError,
     Inputs,
     MeshError,
     Pose,
@@ -110,6 +112,80 @@ def test_a_snapshot_of_another_cloth_is_refused():
     small = ClothSolver(ClothMesh.grid(width=1, height=1, columns=3, rows=3))
     with pytest.raises(MeshError, match="9 vertices, this cloth 120"):
         busy_solver("meyer2000").restore(small.snapshot(small.initial_state()))
+
+
+def grasping_snapshot() -> tuple[ClothSolver, dict[str, np.ndarray]]:
+    """Of a solver with pins, obstacles and a closed hand, in the middle of a run."""
+    solver = busy_solver("implicit_midpoint")
+    state = played(solver, solver.initial_state(), 0, 12)
+    assert any(len(grip.vertex) for grip in state.grips.values())
+    return solver, solver.snapshot(state)
+
+
+def test_whatever_is_missing_from_a_snapshot_is_named_and_the_solver_stays_as_it_is():
+    solver, whole = grasping_snapshot()
+    other = busy_solver("implicit_midpoint")
+    other.unpin()
+    for name in whole:
+        with pytest.raises(InputError, match=f"^{re.escape(name)}: missing; there are "):
+            other.restore({key: array for key, array in whole.items() if key != name})
+        assert len(other.pinned) == 0
+    assert_same(other.restore(whole), solver.restore(whole))
+
+
+def changed_rest(arrays, **changes):
+    rest = json.loads(bytes(arrays["rest"]))
+    return np.frombuffer(json.dumps({**rest, **changes}).encode(), np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (lambda a: {"rest": a["rest"][:-5]}, "rest: is not the JSON text of step"),
+        (lambda a: {"rest": np.frombuffer(b"[1, 2]", np.uint8)}, "rest: is not the JSON text"),
+        (lambda a: {"rest": np.frombuffer(b"{}", np.uint8)}, "rest: is not the JSON text .*KeyError"),
+        (lambda a: {"rest": changed_rest(a, time=None)}, "rest: is not the JSON text"),
+        (lambda a: {"rest": changed_rest(a, time=float("nan"))}, "state: step 12 at nan s"),
+        (lambda a: {"rest": changed_rest(a, step_index=-3)}, "state: step -3 at"),
+        (lambda a: {"rest": changed_rest(a, obstacles={"ball": [0.0] * 7})}, "orientation .* is not a quaternion"),
+        (lambda a: {"rest": changed_rest(a, obstacles={"ball": 1})}, "rest: is not the JSON text"),
+        (lambda a: {"rest": changed_rest(a, obstacles={})}, "the state does not say where ball, floor stands"),
+        (lambda a: {"rest": changed_rest(a, grips={"hand": [[0.0] * 3, True]})}, "rest: is not the JSON text"),
+        (
+            lambda a: {"rest": changed_rest(a, grips={"left": [[0, 0, 0, 0, 0, 0, 1], True, [0, 0, 0]]})},
+            "grip_vertex/left: missing",
+        ),
+        (lambda a: {"history/lag": a["history/lag"] * np.nan}, "state.history/lag: not finite"),
+        (lambda a: {"history/lag": a["history/lag"][:, :2]}, r"state.history/lag: the shape \(120, 2\)"),
+        (lambda a: {"history/tension": a["history/tension"][1:]}, "state.history/tension: the shape"),
+        (lambda a: {"position": a["position"] * 1e160}, r"state.position: not finite or beyond \+-1e\+07 m"),
+        (lambda a: {"position": np.array(["a"])}, "position: is not an array of numbers"),
+        (lambda a: {"velocity": a["velocity"][1:]}, r"state.velocity: the shape \(119, 3\)"),
+        (lambda a: {"velocity": None}, "velocity"),
+    ],
+)
+def test_a_damaged_snapshot_is_refused_by_name_and_the_solver_stays_as_it_is(damage, words):
+    solver, whole = grasping_snapshot()
+    pinned = solver.pinned
+    with pytest.raises(InputError, match=words):
+        solver.restore({**whole, **damage(whole)})
+    assert solver.pinned is pinned
+
+
+def test_what_is_no_snapshot_at_all_is_refused():
+    with pytest.raises(InputError, match="None is not a mapping from names to arrays, as snapshot"):
+        busy_solver("implicit_midpoint").restore(None)
+
+
+def test_a_file_of_arrays_that_was_overwritten_in_the_middle_is_refused_by_the_array():
+    solver, whole = grasping_snapshot()
+    file = io.BytesIO()
+    np.savez(file, **whole)
+    content = bytearray(file.getvalue())
+    at = content.index(whole["velocity"].tobytes()[:64])
+    content[at : at + 64] = bytes(64)
+    with np.load(io.BytesIO(bytes(content))) as arrays, pytest.raises(InputError, match=r"^velocity: cannot be read: "):
+        solver.restore(arrays)
 
 
 @BOTH

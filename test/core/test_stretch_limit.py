@@ -127,10 +127,41 @@ def test_tensions_vanish_with_what_they_carry():
     assert last(solver, state, NO_GRAVITY, 2.0).history["tension"].max() == 0.0
 
 
+def hauled(share: float, frequency: float, excess: float, monkeypatch: pytest.MonkeyPatch) -> float:
+    """J that the tension of a thread of 1 N/m gives a period of a motion of 1 cm, ``excess`` m over its limit."""
+    monkeypatch.setattr(stretch_limit, "YIELDING", share)
+    mesh = ClothMesh.from_springs(
+        np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.array([[0, 1]]), stiffness=1.0, mass=1.0
+    )
+    limit, tension = StretchLimit(mesh, Material(stretch_limit=1.1), np.ones(2)), np.zeros(1)
+    period = round(1.0 / (frequency * 0.0025))
+    length = 1.1 + excess + 0.01 * np.sin(2.0 * np.pi * np.arange(20 * period) / period)
+    place = np.zeros((len(length), 2, 3))
+    place[:, 1, 0] = length
+    work = []
+    for start, end, shortened in zip(place[:-1], place[1:], -np.diff(length), strict=True):
+        work.append(tension[0] * shortened)
+        limit.find(end, tension)
+        limit.carry(start, end, tension)
+    return sum(work[-period:])
+
+
+@pytest.mark.parametrize("frequency", [5.0, 10.0, 20.0])
+def test_a_tension_that_lets_go_feeds_a_motion_less(frequency, monkeypatch):
+    share = stretch_limit.YIELDING
+    # What only adds up is the filter 1 / (1 - FADE z^-1), and acts upon the way of the substep that follows.
+    period = round(1.0 / (frequency * 0.0025))
+    z = np.exp(2j * np.pi / period)
+    lagging = -0.5 * period * 0.01**2 * np.real(np.conj(1.0 / (1.0 - stretch_limit.FADE / z)) * (z - 1.0))
+    assert hauled(0.0, frequency, 0.02, monkeypatch) == pytest.approx(lagging, rel=1e-3)
+    alone = hauled(0.0, frequency, 0.0, monkeypatch)
+    assert 0.0 < hauled(share, frequency, 0.0, monkeypatch) < 0.9 * alone
+
+
 def test_tensions_are_those_of_limited_springs_and_no_stronger_than_their_stiffness():
     limit, tension = StretchLimit(MESH, MATERIAL, MASS), np.zeros(len(MESH.spring_rest))
     for _ in range(200):
-        limit.carry(3.0 * MESH.rest_position, tension)
+        limit.carry(MESH.rest_position, 3.0 * MESH.rest_position, tension)
     limited = MESH.spring_limited
     assert (tension[~limited] == 0).all() and (~limited).any()
     # 5 x 4 cells of 0.1 m x 0.1 m: a thread is as stiff as the sheet, half as stiff at the border.

@@ -34,14 +34,17 @@ def test_tensions_grow_with_the_excess_fade_and_stay_below_the_strongest():
     limit = ThreadLimit(mesh, Material(stretch_limit=1.05), mesh.vertex_mass(Material()))
     tension, stiffness = limit.slack(), mesh.triangle_area[:, None] * np.array(Material().sheet_stiffness()[:2])
     stiffness *= stretch_limit.SHARE
-    limit.carry(1.06 * mesh.rest_position, tension)
+    limit.carry(mesh.rest_position, 1.06 * mesh.rest_position, tension)
     np.testing.assert_allclose(tension, 0.01 * stiffness, rtol=1e-9)
-    limit.carry(1.05 * mesh.rest_position, tension)
+    limit.carry(1.05 * mesh.rest_position, 1.05 * mesh.rest_position, tension)
     np.testing.assert_allclose(tension, stretch_limit.FADE * 0.01 * stiffness, rtol=1e-9)
+    limit.carry(1.0502 * mesh.rest_position, 1.05 * mesh.rest_position, tension)
+    left = stretch_limit.FADE**2 * 0.01 - stretch_limit.YIELDING * (0.0002 - stretch_limit.STEADY * 1.05)
+    np.testing.assert_allclose(tension, left * stiffness, rtol=1e-9)
     for _ in range(300):
-        limit.carry(3.0 * mesh.rest_position, tension)
+        limit.carry(mesh.rest_position, 3.0 * mesh.rest_position, tension)
     np.testing.assert_allclose(tension, stiffness)
-    limit.carry(0.5 * mesh.rest_position, tension)
+    limit.carry(mesh.rest_position, 0.5 * mesh.rest_position, tension)
     np.testing.assert_array_equal(tension, np.maximum(tension, 0.0))
 
 

@@ -304,19 +304,7 @@ def test_a_wrong_call_says_what_would_be_right(arguments, message, capsys):
     assert message in capsys.readouterr().err
 
 
-FLIPS = pytest.mark.xfail(
-    strict=False, reason="a light stiff chain that whips gains energy in implicit_midpoint: seed 0, episode 4, teleport"
-)
-
-
-def contracts() -> Iterator[object]:
-    """Every abuse with every integrator."""
-    for name, integrator in itertools.product(ABUSES, INTEGRATORS):
-        known = [FLIPS] if (name, integrator) == ("teleport", DEFAULT_INTEGRATOR) else []
-        yield pytest.param(name, integrator, marks=known, id=f"{name}-{integrator}")
-
-
-@pytest.mark.parametrize(("name", "integrator"), list(contracts()))
+@pytest.mark.parametrize(("name", "integrator"), list(itertools.product(ABUSES, INTEGRATORS)))
 def test_the_contract_holds(name, integrator):
     """Finite in every step, stretch within its limit + 0.05 (default integrator), at rest once left alone."""
     played = Series(0, integrator, (name,), SMALL)

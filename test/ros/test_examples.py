@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,15 +17,29 @@ def heights(cloud: PointCloud2) -> np.ndarray:
     return np.frombuffer(bytes(cloud.data), np.float32).reshape(cloud.width, -1)[:, 2]
 
 
+def lift(*arguments: str) -> str:
+    """What the lifter says."""
+    lifter = [sys.executable, str(ROOT / "examples" / "lift_a_corner.py"), *arguments]
+    done = subprocess.run(lifter, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stdout + done.stderr
+
+
 def test_the_lifter_takes_the_lowest_point_of_a_cloth_and_lifts_it(start_node, peer):
     start_node()
     clouds = peer.listen(PointCloud2, "/cloth_sim/cloth/points")
     peer.wait_until(lambda: len(clouds) > 50, "a cloth that lies")
-    done = subprocess.run(
-        [sys.executable, str(ROOT / "examples" / "lift_a_corner.py")], capture_output=True, text=True, timeout=60
-    )
-    assert done.returncode == 0, done.stderr
-    assert "Traceback" not in done.stderr
+    assert re.search(r"caught vertex \d+ and lifted it by 0\.[23]\d m", lift())
     seen = len(clouds)
     peer.wait_until(lambda: len(clouds) > seen + 2, "points after the lift")
     assert max(heights(cloud).max() for cloud in clouds[-40:]) > heights(clouds[50]).min() + 0.25
+
+
+def test_the_lifter_says_that_the_cloth_did_not_come_along(start_node, peer):
+    """The hand bears less than the part of the cloth that it lifts."""
+    node = start_node("-r", "__ns:=/weak", "-p", "solver.max_grasp_force:=0.1")
+    clouds = peer.listen(PointCloud2, "/weak/cloth_sim/cloth/points")
+    peer.wait_until(lambda: len(clouds) > 50, "a cloth that lies")
+    assert re.search(r"caught nothing that stayed in the hand: vertex \d+ rose by -?0\.[01]", lift("/weak/cloth_sim"))
+    node.wait_for("grasp hand lost the cloth: it had to bear 0.")

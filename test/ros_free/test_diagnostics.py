@@ -129,15 +129,31 @@ def test_vertices_that_were_kept_from_tearing_are_counted():
 
 
 def test_inputs_name_what_is_stale_refused_undeclared_and_incompatible():
-    refused = Notices(lambda _line: None)
+    refused, hints = Notices(lambda _line: None), Notices(lambda _line: None)
     nothing = dict(stale=(), undeclared=(), incompatible=())
-    assert diagnostics.inputs(refused, **nothing).level == Level.OK
-    refused.say("/wind vector", "")
-    status = diagnostics.inputs(refused, stale=["hand"], undeclared=["/cube"], incompatible=["/c (DEPTH)"])
+    assert diagnostics.inputs(refused, hints, **nothing).level == Level.OK
+    refused.say("/wind vector", "/wind: vector = (nan, 0, 0) m/s: ignored")
+    hints.say("grasp hand slipped", "grasp hand lost the cloth")
+    hints.say("grasp hand slipped", "grasp hand lost the cloth again")
+    status = diagnostics.inputs(refused, hints, stale=["hand"], undeclared=["/cube"], incompatible=["/c (DEPTH)"])
     assert status.level == Level.WARN
-    for part in ("hand", "/wind vector: 1", "/cube", "/c (DEPTH)"):
-        assert part in status.message
-    assert status.values["refused"] == "1"
+    assert status.message == (
+        "no pose comes, so the hand stays where it was: hand; /wind: vector = (nan, 0, 0) m/s: ignored; "
+        "grasp hand lost the cloth again (2 times so far); the scene has no input /cube; incompatible QoS: /c (DEPTH)"
+    )
+    assert (status.values["refused"], status.values["refused_by_cause"]) == ("1", "/wind vector: 1")
+    assert status.values["grasps_without_cloth"] == "grasp hand slipped: 2"
+
+
+def test_what_went_wrong_long_ago_is_counted_but_no_longer_in_the_message():
+    now = [0.0]
+    refused = Notices(lambda _line: None, clock=lambda: now[0])
+    refused.say("/wind vector", "/wind: ignored")
+    now[0] = diagnostics.RECENT + 1.0
+    refused.say("/ball pose", "/ball: ignored")
+    nothing = dict(stale=(), undeclared=(), incompatible=())
+    status = diagnostics.inputs(refused, Notices(lambda _line: None), **nothing)
+    assert (status.message, status.values["refused"]) == ("/ball: ignored", "2")
 
 
 def test_the_session_is_fine_dropping_broken_absent_or_impossible():
