@@ -92,14 +92,15 @@ def test_a_cloth_slides_down_a_cloth_as_fast_as_coulomb_lets_it():
 def folding() -> tuple[ClothSolver, State]:
     """A cloth folded in two in free flight, whose halves fly together."""
     mesh = ClothMesh.grid(width=0.4, height=0.3, columns=17, rows=13)
-    solver = layered(mesh, thickness=0.002, stretch_limit=10.0)
+    # Soft: the arc begins strained, and accelerations that no substep resolves are left out, with their momentum.
+    solver = layered(mesh, thickness=0.002, stretch_limit=10.0, stretch_warp=200.0, stretch_weft=200.0, shear=40.0)
     x, radius = mesh.rest_position.copy(), 0.02
     way = x[:, 0] + 0.007
     turn = np.clip(way / radius, -math.pi / 2, math.pi / 2)
     beyond = np.abs(way) - np.abs(turn) * radius
     x[:, 0] = beyond - radius * np.cos(turn)
     x[:, 2] = radius * np.sin(turn)
-    x[:, 1] += 0.02 * (way > 0)
+    x[:, 1] += 0.02 * np.clip(way / 0.15, 0.0, 1.0)
     velocity = np.zeros_like(x)
     velocity[:, 2] = -1.5 * np.sign(way) * np.clip(beyond / 0.1, 0.0, 1.0)
     return solver, replace(solver.initial_state(), position=x, velocity=velocity + np.array((0.3, 0.2, 0.1)))
