@@ -145,7 +145,8 @@ class SelfContacts(HeldMasses):
     def find(self, start: np.ndarray, predicted: np.ndarray, h: float, number: int) -> None:
         """List what may touch from ``start`` to about ``predicted`` (V, 3) m, in substep ``number`` of ``h`` s."""
         self._h, self._now = h, number * h
-        if not (self._follow(start, self._now) and self._follow(predicted, self._now + h)):
+        # What is only predicted may lie anywhere: where it takes the cloth, the way after the loop will tell.
+        if not self._follow(start, self._now):
             self._search(start, (predicted - start) / h)
         n, tree = self._pairs, self._patches
         self._predicted = predicted.copy()
