@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 
-from cloth_core.kernels import inlined_kernel, kernel
+from cloth_core.kernels import part_kernel
 
 PARALLEL = 1e-10
 """Square of the sine of the angle below which two edges count as parallel."""
 
 
-@kernel
+@part_kernel
 def vertex_triangle(x, p, a, b, c):
     """Shares of the corners ``a``, ``b`` and ``c`` in the point of the triangle that is closest to vertex ``p``.
 
@@ -52,7 +52,7 @@ def vertex_triangle(x, p, a, b, c):
     return 1.0 - (vb + vc) * share, vb * share, vc * share
 
 
-@kernel
+@part_kernel
 def edge_edge(x, i, j, k, l):  # noqa: E741 - a row of four
     """How far along ``i`` to ``j`` and ``k`` to ``l`` the closest points of two edges are (Ericson 2005, 5.1.9)."""
     ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
@@ -81,7 +81,7 @@ def edge_edge(x, i, j, k, l):  # noqa: E741 - a row of four
     return s, t
 
 
-@inlined_kernel
+@part_kernel
 def closest_weights(x, p, q, r, s, edges):
     """Signed weights of the four vertices of a pair at its closest points, of two ``edges`` or not."""
     if edges:
@@ -91,7 +91,7 @@ def closest_weights(x, p, q, r, s, edges):
     return 1.0, -a, -b, -c
 
 
-@inlined_kernel
+@part_kernel
 def between(x, p, q, r, s, wp, wq, wr, ws):
     """Vector from the second point of a pair to the first, of ``x`` (V, 3) with signed weights."""
     return (
@@ -101,7 +101,7 @@ def between(x, p, q, r, s, wp, wq, wr, ws):
     )
 
 
-@inlined_kernel
+@part_kernel
 def toward(x, p, q, r, s, edges):
     """Unit vector from the second feature of a pair to the first, and their distance in m; no vector if they meet."""
     wp, wq, wr, ws = closest_weights(x, p, q, r, s, edges)
@@ -111,13 +111,13 @@ def toward(x, p, q, r, s, edges):
     return dx * share, dy * share, dz * share, distance
 
 
-@inlined_kernel
+@part_kernel
 def along(x, v, nx, ny, nz):
     """How far vertex ``v`` is in a direction."""
     return x[v, 0] * nx + x[v, 1] * ny + x[v, 2] * nz
 
 
-@inlined_kernel
+@part_kernel
 def separation(x, p, q, r, s, edges, nx, ny, nz):
     """By how much the first feature of a pair is ahead of the second in a direction, at least, in m.
 

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import inlined_kernel, kernel
+from cloth_core.kernels import kernel, part_kernel
 
 PLACE, WAY, NORMAL, EXTENTS = 0, 3, 6, 9
 UPRIGHT = 0.5
@@ -23,7 +23,7 @@ DEEP = 4096
 """Room for the patches still to be looked at: more than four to every level of any tree."""
 
 
-@kernel
+@part_kernel
 def triangle_normal(x, p, q, r):
     """Unit normal, or zero where there is no area."""
     ux, uy, uz = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
@@ -34,7 +34,7 @@ def triangle_normal(x, p, q, r):
     return nx * share, ny * share, nz * share
 
 
-@inlined_kernel
+@part_kernel
 def doubled_area(x, p, q, r):
     """Twice the area of a triangle, m^2."""
     ux, uy, uz = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
@@ -69,7 +69,7 @@ def fit_triangles(before, after, triangles, area, low, high):
 
 
 @kernel
-def fit_patches(triangle_low, triangle_high, order, leaf_start, low, high):
+def fit_patches(triangle_low, triangle_high, leaf_start, low, high):
     """Boxes (N, 9) of all patches, from the leaves up."""
     leaves = leaf_start.shape[0] - 1
     for n in range(low.shape[0] - 1, -1, -1):
@@ -78,15 +78,15 @@ def fit_patches(triangle_low, triangle_high, order, leaf_start, low, high):
             least, most = np.inf, -np.inf
             if leaf >= 0:
                 for m in range(leaf_start[leaf], leaf_start[leaf + 1]):
-                    least = min(least, triangle_low[order[m], a])
-                    most = max(most, triangle_high[order[m], a])
+                    least = min(least, triangle_low[m, a])
+                    most = max(most, triangle_high[m, a])
             else:
                 least = min(low[2 * n + 1, a], low[2 * n + 2, a])
                 most = max(high[2 * n + 1, a], high[2 * n + 2, a])
             low[n, a], high[n, a] = least, most
 
 
-@inlined_kernel
+@part_kernel
 def are_smooth(low, high, a, b, c):
     """Whether one direction is in front of all normals of the boxes ``a``, ``b`` and ``c``."""
     least, square = 0.0, 0.0
@@ -98,7 +98,7 @@ def are_smooth(low, high, a, b, c):
     return least > UPRIGHT * math.sqrt(square)
 
 
-@inlined_kernel
+@part_kernel
 def may_meet(low, high, a, other_low, other_high, b, margin):
     """Whether boxes come within ``margin`` m of each other on their ways, along each axis for itself."""
     for k in range(3):
@@ -109,7 +109,7 @@ def may_meet(low, high, a, other_low, other_high, b, margin):
     return True
 
 
-@kernel
+@part_kernel
 def is_beside(beside_start, beside, a, b):
     """Whether patches ``a`` and ``b`` have an edge in common."""
     for m in range(beside_start[a], beside_start[a + 1]):
@@ -118,7 +118,7 @@ def is_beside(beside_start, beside, a, b):
     return False
 
 
-@kernel
+@part_kernel
 def are_joined(compact, beside_start, beside, low, high, a, b):
     """Whether a patch beside both ``a`` and ``b`` is smooth with them: they meet at a corner, and all is one piece."""
     for m in range(beside_start[a], beside_start[a + 1]):

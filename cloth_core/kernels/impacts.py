@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from cloth_core.kernels import inlined_kernel, kernel
+from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.closest import closest_weights, separation, toward
 from cloth_core.kernels.narrow import height, note
 
@@ -19,7 +17,7 @@ GROWTH = 0.1
 HALVINGS = 60
 
 
-@inlined_kernel
+@part_kernel
 def volume(start, end, p, q, r, s, t):
     """Six times the volume of four vertices at the share ``t`` of their way, m^3."""
     ux = start[q, 0] - start[p, 0] + t * (end[q, 0] - start[q, 0] - end[p, 0] + start[p, 0])
@@ -34,7 +32,7 @@ def volume(start, end, p, q, r, s, t):
     return ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)
 
 
-@kernel
+@part_kernel
 def turning_points(a, b, c, d):
     """Where a cubic with the values ``a``, ``b``, ``c``, ``d`` at 0, 1/3, 2/3 and 1 turns within that, else 1."""
     k3 = 4.5 * (d - 3.0 * c + 3.0 * b - a)
@@ -53,7 +51,7 @@ def turning_points(a, b, c, d):
     return min(first, second), max(first, second)
 
 
-@kernel
+@part_kernel
 def flat_moment(start, end, p, q, r, s, low, high):
     """When between the shares ``low`` and ``high`` of their way four vertices lie in a plane; -1 if never.
 
@@ -75,22 +73,22 @@ def flat_moment(start, end, p, q, r, s, low, high):
     return high
 
 
-@kernel
+@part_kernel
 def meeting(start, end, p, q, r, s, edges, place):
     """The share of their way at which the two features of a pair meet first; -1 if they do not.
 
     The vertices lie in a plane then (Bridson, Fedkiw and Anderson 2002): a cubic equation. ``place`` (V, 3) m of the
     four is left as it is at that moment.
     """
-    parts = np.array([0.0, 1.0, 1.0, 1.0])
-    parts[1], parts[2] = turning_points(
+    first, second = turning_points(
         volume(start, end, p, q, r, s, 0.0), volume(start, end, p, q, r, s, 1.0 / 3.0),
         volume(start, end, p, q, r, s, 2.0 / 3.0), volume(start, end, p, q, r, s, 1.0),
     )  # fmt: skip
     for i in range(3):
-        if parts[i] >= parts[i + 1]:
+        low, high = (0.0, first) if i == 0 else (first, second) if i == 1 else (second, 1.0)
+        if low >= high:
             continue
-        t = flat_moment(start, end, p, q, r, s, parts[i], parts[i + 1])
+        t = flat_moment(start, end, p, q, r, s, low, high)
         if t < 0.0:
             continue
         size = 0.0
@@ -103,7 +101,7 @@ def meeting(start, end, p, q, r, s, edges, place):
     return -1.0
 
 
-@inlined_kernel
+@part_kernel
 def impact_normal(start, end, place, p, q, r, s, edges):
     """Direction in which a pair that meets at ``place`` (V, 3) m was apart, and its signed weights there."""
     wp, wq, wr, ws = closest_weights(place, p, q, r, s, edges)
@@ -125,7 +123,7 @@ def impact_normal(start, end, place, p, q, r, s, edges):
     return wp, wq, wr, ws, nx, ny, nz
 
 
-@inlined_kernel
+@part_kernel
 def may_pass(start, end, p, q, r, s, edges, tangled):
     """Whether no direction is known that parts a pair from ``start`` to ``end``; never of features without a side."""
     first = tangled[p] or (edges and tangled[q])
@@ -136,7 +134,7 @@ def may_pass(start, end, p, q, r, s, edges, tangled):
     return distance > TOUCHING and separation(end, p, q, r, s, edges, nx, ny, nz) <= 0.0
 
 
-@kernel
+@part_kernel
 def add_impact(start, end, place, p, q, r, s, edges, keep, contact, count):
     """Add the pair as a contact that keeps up to ``keep`` m if it would meet; returns the new number."""
     distance = toward(start, p, q, r, s, edges)[3]
@@ -154,7 +152,7 @@ def find_impacts(start, end, place, sheet, pair, apart, moved, tangled, keep, co
     (L,) m from there. Impacts keep ``keep`` m; the other arguments are those of
     :func:`~cloth_core.kernels.narrow.find_contacts`. Returns the number of contacts.
     """
-    _rest, _piece, triangles, order, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
+    _rest, _piece, triangles, leaf_start, vertex_start, own_vertex, edge_start, own_edge = sheet
     for m in range(pair.shape[0]):
         a, b = pair[m, 0], pair[m, 1]
         if apart[m] - moved[a] - moved[b] > 0.0:
@@ -162,7 +160,7 @@ def find_impacts(start, end, place, sheet, pair, apart, moved, tangled, keep, co
         for turn in range(1 if a == b else 2):
             first, second = (a, b) if turn == 0 else (b, a)
             for k in range(leaf_start[second], leaf_start[second + 1]):
-                q, r, s = triangles[order[k], 0], triangles[order[k], 1], triangles[order[k], 2]
+                q, r, s = triangles[k, 0], triangles[k, 1], triangles[k, 2]
                 for i in range(vertex_start[first], vertex_start[first + 1]):
                     p = own_vertex[i]
                     if p != q and p != r and p != s and may_pass(start, end, p, q, r, s, False, tangled):

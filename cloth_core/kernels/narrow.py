@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from cloth_core.kernels import inlined_kernel, kernel
+from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.closest import between, edge_edge, toward, vertex_triangle
 from cloth_core.kernels.parting import SHARES, best_direction, leaf_gap
 
@@ -26,7 +26,7 @@ PARALLEL = 1e-3
 INSIDE = 1e-9
 
 
-@inlined_kernel
+@part_kernel
 def own_thickness(rest, piece, p, q, r, s, edges, thickness, far):
     """Distance in m that a pair shall keep: less than at rest if it is of one ``piece`` and no ``far`` m apart."""
     square = (rest[p, 0] - rest[r, 0]) ** 2 + (rest[p, 1] - rest[r, 1]) ** 2 + (rest[p, 2] - rest[r, 2]) ** 2
@@ -35,7 +35,7 @@ def own_thickness(rest, piece, p, q, r, s, edges, thickness, far):
     return thickness
 
 
-@inlined_kernel
+@part_kernel
 def across(x, p, q, r, s, wp, wq, wr, ws, nx, ny, nz):
     """How far the points of a pair are apart beside a direction, m."""
     dx, dy, dz = between(x, p, q, r, s, wp, wq, wr, ws)
@@ -43,14 +43,36 @@ def across(x, p, q, r, s, wp, wq, wr, ws, nx, ny, nz):
     return math.sqrt(max(0.0, dx * dx + dy * dy + dz * dz - up * up))
 
 
-@inlined_kernel
+@part_kernel
 def height(x, p, q, r, s, wp, wq, wr, ws, nx, ny, nz):
     """How far the points of a pair are apart along a direction, m."""
     dx, dy, dz = between(x, p, q, r, s, wp, wq, wr, ws)
     return dx * nx + dy * ny + dz * nz
 
 
-@inlined_kernel
+@part_kernel
+def is_beyond(x, p, q, r, nx, ny, nz, inside, margin):
+    """Whether vertex ``p`` is more than ``margin`` m beyond the side from ``q`` to ``r``, along a plane of unit normal.
+
+    ``inside`` is the sign of the turn in which the sides of the triangle go around that normal.
+    """
+    ex, ey, ez = x[r, 0] - x[q, 0], x[r, 1] - x[q, 1], x[r, 2] - x[q, 2]
+    dx, dy, dz = x[p, 0] - x[q, 0], x[p, 1] - x[q, 1], x[p, 2] - x[q, 2]
+    turn = inside * ((ey * dz - ez * dy) * nx + (ez * dx - ex * dz) * ny + (ex * dy - ey * dx) * nz)
+    return turn < 0.0 and turn * turn > margin * margin * (ex * ex + ey * ey + ez * ez)
+
+
+@part_kernel
+def is_beside(x, p, q, r, s, nx, ny, nz, inside, margin):
+    """Whether a side of the triangle tells that vertex ``p`` is more than ``margin`` m beside it; corners it cuts."""
+    return (
+        is_beyond(x, p, q, r, nx, ny, nz, inside, margin)
+        or is_beyond(x, p, r, s, nx, ny, nz, inside, margin)
+        or is_beyond(x, p, s, q, nx, ny, nz, inside, margin)
+    )
+
+
+@part_kernel
 def face_weights(start, end, p, q, r, s, up, nx, ny, nz, thickness):
     """Shares of a triangle's corners in the point that vertex ``p`` is above, and whether there is one.
 
@@ -66,7 +88,7 @@ def face_weights(start, end, p, q, r, s, up, nx, ny, nz, thickness):
     return above, a, b, c
 
 
-@inlined_kernel
+@part_kernel
 def edge_shares(start, end, p, q, r, s, up, nx, ny, nz):
     """How far along two edges they cross, and whether they do; at the start or at the end as for a face."""
     a, b = edge_edge(start, p, q, r, s)
@@ -77,7 +99,7 @@ def edge_shares(start, end, p, q, r, s, up, nx, ny, nz):
     return crosses, a, b
 
 
-@inlined_kernel
+@part_kernel
 def note(contact, c, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, keep):
     """Write contact number ``c``, if there is room for it; returns the next number."""
     vertex, weight, normal, target = contact
@@ -89,39 +111,47 @@ def note(contact, c, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, keep):
     return c + 1
 
 
-@inlined_kernel
-def is_in(start, end, v, low, high, leaf, margin):
-    """Whether vertex ``v`` comes within ``margin`` m of the box of a leaf."""
-    for a in range(3):
-        if max(start[v, a], end[v, a]) < low[leaf, a] - margin or min(start[v, a], end[v, a]) > high[leaf, a] + margin:
-            return False
-    return True
+@part_kernel
+def box_gap(low, high, a, b):
+    """The most by which boxes ``a`` and ``b`` are apart along an axis, m; negative if they overlap."""
+    return max(
+        max(low[b, 0] - high[a, 0], low[a, 0] - high[b, 0]),
+        max(low[b, 1] - high[a, 1], low[a, 1] - high[b, 1]),
+        max(low[b, 2] - high[a, 2], low[a, 2] - high[b, 2]),
+    )
 
 
-@inlined_kernel
+@part_kernel
 def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, tangled, contact, count):
     """Add the contacts of the vertices of leaf ``first`` with the triangles of leaf ``second``; returns how many."""
-    rest, piece, triangles, order, leaf_start, vertex_start, own_vertex, _edge_start, _own_edge = sheet
-    face, box_low, box_high, _upward = fit
+    rest, piece, triangles, leaf_start, vertex_start, own_vertex, _edge_start, _own_edge = sheet
+    face, box, box_low, box_high, _upward = fit
     listed = (1.0 + SLACK) * thickness
     for m in range(vertex_start[first], vertex_start[first + 1]):
         p = own_vertex[m]
-        if not is_in(start, end, p, box_low, box_high, second, listed):
+        lx, hx = min(start[p, 0], end[p, 0]) - listed, max(start[p, 0], end[p, 0]) + listed
+        ly, hy = min(start[p, 1], end[p, 1]) - listed, max(start[p, 1], end[p, 1]) + listed
+        lz, hz = min(start[p, 2], end[p, 2]) - listed, max(start[p, 2], end[p, 2]) + listed
+        if hx < box_low[second, 0] or hy < box_low[second, 1] or hz < box_low[second, 2]:
             continue
-        for k in range(leaf_start[second], leaf_start[second + 1]):
-            t = order[k]
+        if lx > box_high[second, 0] or ly > box_high[second, 1] or lz > box_high[second, 2]:
+            continue
+        for t in range(leaf_start[second], leaf_start[second + 1]):
+            if hx < box[t, 0] or hy < box[t, 1] or hz < box[t, 2] or lx > box[t, 3] or ly > box[t, 4] or lz > box[t, 5]:
+                continue
             q, r, s = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             nx, ny, nz = face[t, 0], face[t, 1], face[t, 2]
             if p == q or p == r or p == s or (tangled[p] and (tangled[q] or tangled[r] or tangled[s])):
                 continue
             up = height(start, p, q, r, s, 1.0, -1.0, 0.0, 0.0, nx, ny, nz)
-            if up < 0.0:
-                mx, my, mz, up = -nx, -ny, -nz, -up
-            else:
-                mx, my, mz = nx, ny, nz
+            inside = math.copysign(1.0, up)
+            mx, my, mz, up = inside * nx, inside * ny, inside * nz, inside * up
             # The triangle turns little: a first guess of the height at the end.
             if up > listed and height(end, p, q, r, s, 1.0, -1.0, 0.0, 0.0, mx, my, mz) > listed + 0.5 * up:
                 continue
+            if is_beside(start, p, q, r, s, mx, my, mz, inside, thickness):
+                if is_beside(end, p, q, r, s, mx, my, mz, inside, thickness):
+                    continue
             above, a, b, c = face_weights(start, end, p, q, r, s, up, mx, my, mz, thickness)
             if above and up > 0.0 and height(end, p, q, r, s, 1.0, -a, -b, -c, mx, my, mz) < listed:
                 keep = own_thickness(rest, piece, p, q, r, s, False, thickness, far)
@@ -129,10 +159,10 @@ def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, ta
     return count
 
 
-@inlined_kernel
+@part_kernel
 def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled, contact, count):
     """Add the contacts of the edges of leaf ``first`` with those of leaf ``second``; returns how many there are."""
-    rest, piece, _, _, _, _, _, edge_start, own_edge = sheet
+    rest, piece, _, _, _, _, edge_start, own_edge = sheet
     keep = EDGES * thickness
     listed = (1.0 + SLACK) * keep
     for k in range(edge_start[first], edge_start[first + 1]):
@@ -161,7 +191,7 @@ def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled
     return count
 
 
-@inlined_kernel
+@part_kernel
 def gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz):
     """The least gap from leaf ``b`` to leaf ``a`` along a direction on their way, m."""
     return min(
@@ -181,7 +211,7 @@ def find_contacts(
         start: where nothing crosses.
         end: as predicted.
         sheet: of :class:`~cloth_core.physics.features.Features`.
-        fit: what :func:`~cloth_core.kernels.parting.fit_leaves` made: faces, boxes, directions.
+        fit: what :func:`~cloth_core.kernels.parting.fit_leaves` made: faces, boxes of both, directions.
         corner_start: (L + 1,) see :class:`~cloth_core.meshing.patches.Patches`.
         corner: see there.
         pair: leaves that may meet.
@@ -197,7 +227,7 @@ def find_contacts(
         counts: (2,) how many stand in each; only as many as there is room for are written.
     """
     vertex, weight, normal, target = contact
-    _, box_low, box_high, upward = fit
+    _, _, box_low, box_high, upward = fit
     half = target.shape[0] // 2
     total = pair.shape[0]
     listed = (1.0 + SLACK) * thickness
@@ -210,6 +240,10 @@ def find_contacts(
             if now > listed:
                 continue
             a, b = pair[p, 0], pair[p, 1]
+            now = box_gap(box_low, box_high, a, b)
+            if now > listed:
+                apart[p] = now
+                continue
             nx, ny, nz = leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2]
             now = gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz)
             if now < EDGES * listed:

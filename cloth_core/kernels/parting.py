@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import inlined_kernel, kernel
+from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.closest import along
 from cloth_core.kernels.hierarchy import triangle_normal
 
@@ -14,7 +14,7 @@ SHARES = 2
 """Of a loop over pairs, for threads to come: with ``prange`` the results differed from those of one thread."""
 
 
-@inlined_kernel
+@part_kernel
 def leaf_gap(x, corner_start, corner, a, b, nx, ny, nz):
     """By how much leaf ``a`` is ahead of leaf ``b`` in a direction at ``x`` (V, 3) m, at least; negative if it is not.
 
@@ -28,7 +28,7 @@ def leaf_gap(x, corner_start, corner, a, b, nx, ny, nz):
     return least - most
 
 
-@inlined_kernel
+@part_kernel
 def leaf_extent(x, corner_start, corner, a, nx, ny, nz):
     """Least and most of the places of a leaf's corners along a direction, m."""
     least, most = np.inf, -np.inf
@@ -39,33 +39,43 @@ def leaf_extent(x, corner_start, corner, a, nx, ny, nz):
 
 
 @kernel
-def fit_leaves(before, after, triangles, order, leaf_start, corner_start, corner, face, low, high, upward):
+def fit_leaves(before, after, triangles, leaf_start, wanted, face, box, low, high, upward):
     """Boxes ``low`` and ``high`` (L, 3) of leaves on their ways, and where they face before: ``upward`` (L, 3).
 
-    ``face`` (T, 3) are the normals of the triangles, before.
+    ``face`` (T, 3) are the normals of the triangles, before, and ``box`` (T, 6) where they are on their ways, least and
+    most. Of ``wanted`` (L,) leaves alone.
     """
-    count = leaf_start.shape[0] - 1
-    for share in range(SHARES):
-        for leaf in range(count * share // SHARES, count * (share + 1) // SHARES):
+    for leaf in range(leaf_start.shape[0] - 1):
+        if not wanted[leaf]:
+            continue
+        for a in range(3):
+            low[leaf, a], high[leaf, a] = np.inf, -np.inf
+        x, y, z = 0.0, 0.0, 0.0
+        for t in range(leaf_start[leaf], leaf_start[leaf + 1]):
+            p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            nx, ny, nz = triangle_normal(before, p, q, r)
+            face[t, 0], face[t, 1], face[t, 2] = nx, ny, nz
+            x, y, z = x + nx, y + ny, z + nz
             for a in range(3):
-                least, most = np.inf, -np.inf
-                for m in range(corner_start[leaf], corner_start[leaf + 1]):
-                    v = corner[m]
-                    least = min(least, before[v, a], after[v, a])
-                    most = max(most, before[v, a], after[v, a])
-                low[leaf, a], high[leaf, a] = least, most
-            x, y, z = 0.0, 0.0, 0.0
-            for m in range(leaf_start[leaf], leaf_start[leaf + 1]):
-                t = order[m]
-                nx, ny, nz = triangle_normal(before, triangles[t, 0], triangles[t, 1], triangles[t, 2])
-                face[t, 0], face[t, 1], face[t, 2] = nx, ny, nz
-                x, y, z = x + nx, y + ny, z + nz
-            square = x * x + y * y + z * z
-            share_of = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
-            upward[leaf, 0], upward[leaf, 1], upward[leaf, 2] = x * share_of, y * share_of, z * share_of
+                least = min(min(before[p, a], before[q, a], before[r, a]), min(after[p, a], after[q, a], after[r, a]))
+                most = max(max(before[p, a], before[q, a], before[r, a]), max(after[p, a], after[q, a], after[r, a]))
+                box[t, a], box[t, 3 + a] = least, most
+                low[leaf, a], high[leaf, a] = min(low[leaf, a], least), max(high[leaf, a], most)
+        square = x * x + y * y + z * z
+        share = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
+        upward[leaf, 0], upward[leaf, 1], upward[leaf, 2] = x * share, y * share, z * share
 
 
 @kernel
+def mark_leaves(pair, wanted):
+    """Which leaves are in one of the pairs: ``wanted`` (L,)."""
+    wanted[:] = False
+    for p in range(pair.shape[0]):
+        wanted[pair[p, 0]] = True
+        wanted[pair[p, 1]] = True
+
+
+@part_kernel
 def best_direction(before, corner_start, corner, low, high, upward, a, b, enough):
     """The gap from leaf ``b`` to leaf ``a``, and its direction: where they face, or from one middle to the other.
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from cloth_core.kernels import inlined_kernel, kernel
+from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.closest import between
 
 IDLE = 0.02
 """Share of the target that a pair which was pushed already may lack: another push would not be seen."""
 
 
-@inlined_kernel
+@part_kernel
 def shift(x, vertex, weight, inverse_mass, c, dx, dy, dz):
     """Move the four vertices of contact ``c`` by an impulse along ``d``, m kg, in ``x`` (V, 3)."""
     for i in range(4):

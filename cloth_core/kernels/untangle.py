@@ -11,11 +11,11 @@ import math
 
 import numpy as np
 
-from cloth_core.kernels import inlined_kernel, kernel
+from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.hierarchy import triangle_normal
 
 
-@kernel
+@part_kernel
 def runs_through(x, p, q, a, b, c):
     """Whether the edge from ``p`` to ``q`` runs through the triangle ``a``, ``b``, ``c``."""
     nx, ny, nz = triangle_normal(x, a, b, c)
@@ -35,7 +35,7 @@ def runs_through(x, p, q, a, b, c):
     return inside == 3
 
 
-@inlined_kernel
+@part_kernel
 def on_both_sides(x, t, u, triangles, face):
     """Whether triangle ``t`` has corners on both sides of triangle ``u``, or on it."""
     least, most = np.inf, -np.inf
@@ -48,13 +48,12 @@ def on_both_sides(x, t, u, triangles, face):
 
 
 @kernel
-def find_crossings(x, triangles, order, leaf_start, face, pair, gap, crossing):
+def find_crossings(x, triangles, leaf_start, face, pair, gap, crossing):
     """List the edges that run through triangles; an edge of two triangles comes twice.
 
     Args:
         x: (V, 3) m.
-        triangles: (T, 3).
-        order: (T,) as the leaves have them.
+        triangles: (T, 3), as the leaves have them.
         leaf_start: (L + 1,).
         face: (T, 3) normals.
         pair: (P, 2) leaves that may meet.
@@ -69,9 +68,8 @@ def find_crossings(x, triangles, order, leaf_start, face, pair, gap, crossing):
         if gap[m] > 0.0:
             continue
         a, b = pair[m, 0], pair[m, 1]
-        for i in range(leaf_start[a], leaf_start[a + 1]):
-            for j in range(i + 1 if a == b else leaf_start[b], leaf_start[b + 1]):
-                t, u = order[i], order[j]
+        for t in range(leaf_start[a], leaf_start[a + 1]):
+            for u in range(t + 1 if a == b else leaf_start[b], leaf_start[b + 1]):
                 if not (on_both_sides(x, t, u, triangles, face) and on_both_sides(x, u, t, triangles, face)):
                     continue
                 for turn in range(2):

@@ -19,7 +19,7 @@ class Features:
 
     Args:
         sheet: what kernels want of the mesh: positions at rest (V, 3) m, the piece of each vertex (V,), triangles
-            (T, 3) uint32, their order in the leaves, where each leaf begins in it, where in the next, vertices uint32,
+            (T, 3) uint32 in the order of the leaves, where each leaf begins in it, where in the next, vertices uint32,
             where in the next, edges (E, 2) uint32.
         mean_edge: m.
         short_edge: m; one in twenty is shorter.
@@ -45,7 +45,7 @@ class Features:
         ends = mesh.rest_position[edge]
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         sheet = (
-            mesh.rest_position, mesh.component, mesh.triangles.astype(np.uint32), tree.order, tree.leaf_start,
+            mesh.rest_position, mesh.component, np.ascontiguousarray(corner, np.uint32), tree.leaf_start,
             vertex_start, own_vertex, edge_start, own_edge,
         )  # fmt: skip
         return cls(

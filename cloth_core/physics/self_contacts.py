@@ -46,7 +46,7 @@ class SelfContacts(HeldMasses):
         self._mass, self._config, self._friction = mass, config, material.friction
         self._patches = patches(mesh.rest_position, mesh.triangles, mesh.component)
         features = Features.of(mesh, self._patches)
-        self._sheet, self._area = features.sheet, mesh.triangle_area
+        self._sheet, self._area = features.sheet, mesh.triangle_area[self._patches.order]
         self._edge, self._skin = features.mean_edge, SKIN * features.short_edge
         self.thickness = max(material.thickness, LEAST_THICKNESS * self._edge)
         self._far = 2.0 * (self.thickness + features.longest_edge)
@@ -56,7 +56,8 @@ class SelfContacts(HeldMasses):
         self._pair, self._leaf_normal = np.empty((0, 2), np.int32), np.empty((0, 3))
         self._gap, self._apart = np.empty(0), np.empty(0)
         leaves = len(self._patches.leaf_start) - 1
-        self._fit = tuple(np.empty((count, 3)) for count in (triangles, leaves, leaves, leaves))
+        self._fit = np.empty((triangles, 3)), np.empty((triangles, 6)), *(np.empty((leaves, 3)) for _ in range(3))
+        self._wanted = np.zeros(leaves, np.bool_)
         self._moved = np.empty(leaves)
         self._pairs = self._count = 0
         self._make_room(2 * mesh.vertex_count)
@@ -100,7 +101,7 @@ class SelfContacts(HeldMasses):
         n = self._pairs
         while True:
             count = untangle.find_crossings(
-                position, self._sheet[2], self._patches.order, self._patches.leaf_start, self._fit[0],
+                position, self._sheet[2], self._patches.leaf_start, self._fit[0],
                 self._pair[:n], self._gap[:n], self._crossing,
             )  # fmt: skip
             if count <= len(self._crossing):
@@ -115,7 +116,7 @@ class SelfContacts(HeldMasses):
         self._searches += 1
         margin, tree = self.thickness + 2.0 * self._skin, self._patches
         hierarchy.fit_triangles(position, after, self._sheet[2], self._area, self._low, self._high)
-        hierarchy.fit_patches(self._low, self._high, tree.order, tree.leaf_start, self._patch_low, self._patch_high)
+        hierarchy.fit_patches(self._low, self._high, tree.leaf_start, self._patch_low, self._patch_high)
         while True:
             count = hierarchy.meeting_leaves(
                 len(tree.leaf_start) - 1, tree.compact, tree.beside_start, tree.beside,
@@ -127,15 +128,13 @@ class SelfContacts(HeldMasses):
             self._pair, self._leaf_normal = np.empty((room, 2), np.int32), np.empty((room, 3))
             self._gap, self._apart = np.empty(room), np.empty(room)
         listed = (self._pair[:count], self._leaf_normal[:count], self._gap[:count])
+        parting.mark_leaves(listed[0], self._wanted)
         self._fit_leaves(position, after)
-        parting.part_leaves(position, after, tree.corner_start, tree.corner, *self._fit[1:], margin, *listed)
+        parting.part_leaves(position, after, tree.corner_start, tree.corner, *self._fit[2:], margin, *listed)
         self._pairs = parting.keep_close(margin, *listed)
 
     def _fit_leaves(self, before: np.ndarray, after: np.ndarray) -> None:
-        tree = self._patches
-        parting.fit_leaves(
-            before, after, self._sheet[2], tree.order, tree.leaf_start, tree.corner_start, tree.corner, *self._fit
-        )
+        parting.fit_leaves(before, after, self._sheet[2], self._patches.leaf_start, self._wanted, *self._fit)
 
     def _follow(self, position: np.ndarray, time: float) -> bool:
         """Note how far vertices strayed by ``time`` s in the step; returns whether all pairs are still known."""

@@ -133,20 +133,22 @@ def test_edges_through_triangles_are_told_from_others(seed):
 
 def searched(mesh: ClothMesh, before: np.ndarray, after: np.ndarray, margin: float) -> set[tuple[int, int]]:
     """Pairs of triangles whose leaves the solver's search lists."""
-    tree, triangles = patches(mesh.rest_position, mesh.triangles, mesh.component), mesh.triangles.astype(np.uint32)
+    tree = patches(mesh.rest_position, mesh.triangles, mesh.component)
+    triangles = mesh.triangles[tree.order].astype(np.uint32)
     leaves, nodes = len(tree.leaf_start) - 1, len(tree.compact)
     low, high, patch_low, patch_high = (np.empty((n, 9)) for n in (len(triangles),) * 2 + (nodes,) * 2)
-    hierarchy.fit_triangles(before, after, triangles, mesh.triangle_area, low, high)
-    hierarchy.fit_patches(low, high, tree.order, tree.leaf_start, patch_low, patch_high)
+    hierarchy.fit_triangles(before, after, triangles, mesh.triangle_area[tree.order], low, high)
+    hierarchy.fit_patches(low, high, tree.leaf_start, patch_low, patch_high)
     pair = np.empty((10**5, 2), np.int32)
     count = hierarchy.meeting_leaves(
         leaves, tree.compact, tree.beside_start, tree.beside, patch_low, patch_high, margin, pair
     )
-    fit = tuple(np.empty((n, 3)) for n in (len(triangles), leaves, leaves, leaves))
-    parting.fit_leaves(before, after, triangles, tree.order, tree.leaf_start, tree.corner_start, tree.corner, *fit)
+    fit = np.empty((len(triangles), 3)), np.empty((len(triangles), 6)), *(np.empty((leaves, 3)) for _ in range(3))
+    parting.mark_leaves(pair[:count], wanted := np.zeros(leaves, np.bool_))
+    parting.fit_leaves(before, after, triangles, tree.leaf_start, wanted, *fit)
     normal, gap = np.empty((count, 3)), np.empty(count)
     listed = (pair[:count], normal, gap)
-    parting.part_leaves(before, after, tree.corner_start, tree.corner, *fit[1:], margin, *listed)
+    parting.part_leaves(before, after, tree.corner_start, tree.corner, *fit[2:], margin, *listed)
     count = parting.keep_close(margin, *listed)
     of = [tree.order[tree.leaf_start[n] : tree.leaf_start[n + 1]] for n in range(leaves)]
     found = {(int(t), int(u)) for a, b in pair[:count] for t in of[a] for u in of[b]}
