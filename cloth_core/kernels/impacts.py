@@ -6,7 +6,7 @@ import math
 
 from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.closest import closest_weights, separation, toward
-from cloth_core.kernels.narrow import height, note
+from cloth_core.kernels.narrow import gap_on_way, height, note
 
 MISS = 1e-6
 """By how much two features may miss each other and still count as meeting, as a share of their size."""
@@ -124,11 +124,31 @@ def impact_normal(start, end, place, p, q, r, s, edges):
 
 
 @part_kernel
+def ways_meet(start, end, p, q, r, s, edges):
+    """Whether the boxes of the ways of two features overlap."""
+    for a in range(3):
+        first, last = min(start[p, a], end[p, a]), max(start[p, a], end[p, a])
+        low, high = (
+            min(start[r, a], end[r, a], start[s, a], end[s, a]),
+            max(start[r, a], end[r, a], start[s, a], end[s, a]),
+        )
+        if edges:
+            first, last = min(first, start[q, a], end[q, a]), max(last, start[q, a], end[q, a])
+        else:
+            low, high = min(low, start[q, a], end[q, a]), max(high, start[q, a], end[q, a])
+        if last < low or first > high:
+            return False
+    return True
+
+
+@part_kernel
 def may_pass(start, end, p, q, r, s, edges, tangled):
     """Whether no direction is known that parts a pair from ``start`` to ``end``; never of features without a side."""
     first = tangled[p] or (edges and tangled[q])
     second = tangled[r] or tangled[s] or (not edges and tangled[q])
     if first and second:
+        return False
+    if not ways_meet(start, end, p, q, r, s, edges):
         return False
     nx, ny, nz, distance = toward(start, p, q, r, s, edges)
     return distance > TOUCHING and separation(end, p, q, r, s, edges, nx, ny, nz) <= 0.0
@@ -141,11 +161,13 @@ def add_impact(start, end, place, p, q, r, s, edges, keep, contact, count):
     if meeting(start, end, p, q, r, s, edges, place) < 0.0:
         return count
     wp, wq, wr, ws, nx, ny, nz = impact_normal(start, end, place, p, q, r, s, edges)
-    return note(contact, count, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, min(keep, distance + GROWTH * keep))
+    return note(contact, count, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, distance + GROWTH * keep, keep)
 
 
 @kernel
-def find_impacts(start, end, place, sheet, pair, apart, moved, tangled, keep, contact, count):
+def find_impacts(
+    start, end, place, sheet, corner_start, corner, pair, leaf_normal, apart, moved, tangled, keep, contact, count
+):
     """List after contact number ``count`` what meets on straight ways from ``start`` to ``end`` (V, 3) m.
 
     Leaves are passed over if they are ``apart`` (P,) m on the way that was predicted, by more than they ``moved``
@@ -156,6 +178,9 @@ def find_impacts(start, end, place, sheet, pair, apart, moved, tangled, keep, co
     for m in range(pair.shape[0]):
         a, b = pair[m, 0], pair[m, 1]
         if apart[m] - moved[a] - moved[b] > 0.0:
+            continue
+        nx, ny, nz = leaf_normal[m, 0], leaf_normal[m, 1], leaf_normal[m, 2]
+        if gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz) > 0.0:
             continue
         for turn in range(1 if a == b else 2):
             first, second = (a, b) if turn == 0 else (b, a)

@@ -11,7 +11,7 @@ import math
 
 from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.closest import between, edge_edge, toward, vertex_triangle
-from cloth_core.kernels.parting import SHARES, best_direction, leaf_gap
+from cloth_core.kernels.parting import best_direction, leaf_gap
 
 EDGES = 0.5
 """Share of the thickness that edges keep from each other: faces carry, edges but stop what comes between them."""
@@ -100,14 +100,23 @@ def edge_shares(start, end, p, q, r, s, up, nx, ny, nz):
 
 
 @part_kernel
-def note(contact, c, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, keep):
-    """Write contact number ``c``, if there is room for it; returns the next number."""
-    vertex, weight, normal, target = contact
+def least_height(up, later, ahead):
+    """Of a pair at the ends of the ``ahead`` substeps that take it from ``up`` to ``later`` m, if it goes evenly."""
+    return min(later, up + (later - up) / ahead)
+
+
+@part_kernel
+def note(contact, c, p, q, r, s, wp, wq, wr, ws, nx, ny, nz, reached, most):
+    """Write contact number ``c`` if there is room for it, to keep what is ``reached`` but at ``most``; the next number.
+
+    What it keeps grows as the pair comes apart.
+    """
+    vertex, weight, normal, target, keep = contact
     if c < target.shape[0]:
         vertex[c, 0], vertex[c, 1], vertex[c, 2], vertex[c, 3] = p, q, r, s
         weight[c, 0], weight[c, 1], weight[c, 2], weight[c, 3] = wp, wq, wr, ws
         normal[c, 0], normal[c, 1], normal[c, 2] = nx, ny, nz
-        target[c] = keep
+        target[c], keep[c] = min(reached, most), most
     return c + 1
 
 
@@ -122,7 +131,7 @@ def box_gap(low, high, a, b):
 
 
 @part_kernel
-def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, tangled, contact, count):
+def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, tangled, contact, ahead, count):
     """Add the contacts of the vertices of leaf ``first`` with the triangles of leaf ``second``; returns how many."""
     rest, piece, triangles, leaf_start, vertex_start, own_vertex, _edge_start, _own_edge = sheet
     face, box, box_low, box_high, _upward = fit
@@ -153,14 +162,16 @@ def add_faces(start, end, sheet, fit, first, second, thickness, far, recover, ta
                 if is_beside(end, p, q, r, s, mx, my, mz, inside, thickness):
                     continue
             above, a, b, c = face_weights(start, end, p, q, r, s, up, mx, my, mz, thickness)
-            if above and up > 0.0 and height(end, p, q, r, s, 1.0, -a, -b, -c, mx, my, mz) < listed:
+            if not above or up <= 0.0:
+                continue
+            if least_height(up, height(end, p, q, r, s, 1.0, -a, -b, -c, mx, my, mz), ahead) < listed:
                 keep = own_thickness(rest, piece, p, q, r, s, False, thickness, far)
-                count = note(contact, count, p, q, r, s, 1.0, -a, -b, -c, mx, my, mz, min(keep, up + recover))
+                count = note(contact, count, p, q, r, s, 1.0, -a, -b, -c, mx, my, mz, up + recover, keep)
     return count
 
 
 @part_kernel
-def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled, contact, count):
+def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled, contact, ahead, count):
     """Add the contacts of the edges of leaf ``first`` with those of leaf ``second``; returns how many there are."""
     rest, piece, _, _, _, _, edge_start, own_edge = sheet
     keep = EDGES * thickness
@@ -184,10 +195,9 @@ def add_edges(start, end, sheet, first, second, thickness, far, recover, tangled
                 continue
             crosses, a, b = edge_shares(start, end, p, q, r, s, up, nx, ny, nz)
             if crosses and up > 0.0:
-                if height(end, p, q, r, s, 1.0 - a, a, b - 1.0, -b, nx, ny, nz) < listed:
+                if least_height(up, height(end, p, q, r, s, 1.0 - a, a, b - 1.0, -b, nx, ny, nz), ahead) < listed:
                     own = own_thickness(rest, piece, p, q, r, s, True, keep, far)
-                    own = min(own, up + recover)
-                    count = note(contact, count, p, q, r, s, 1.0 - a, a, b - 1.0, -b, nx, ny, nz, own)
+                    count = note(contact, count, p, q, r, s, 1.0 - a, a, b - 1.0, -b, nx, ny, nz, up + recover, own)
     return count
 
 
@@ -203,13 +213,15 @@ def gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz):
 @kernel
 def find_contacts(
     start, end, sheet, fit, corner_start, corner, pair, leaf_normal, gap, apart, strayed,
-    thickness, far, recover, tangled, contact, counts,
+    thickness, far, recover, tangled, contact, ahead,
 ):  # fmt: skip
     """List who may touch on the way from ``start`` to about ``end`` (V, 3) m, of the leaves in ``pair`` (P, 2).
 
+    Returns their number; only as many as there is room for are written.
+
     Args:
         start: where nothing crosses.
-        end: as predicted.
+        end: as predicted, for so many substeps ``ahead``.
         sheet: of :class:`~cloth_core.physics.features.Features`.
         fit: what :func:`~cloth_core.kernels.parting.fit_leaves` made: faces, boxes of both, directions.
         corner_start: (L + 1,) see :class:`~cloth_core.meshing.patches.Patches`.
@@ -223,41 +235,35 @@ def find_contacts(
         far: m, at rest, within which a pair may keep less.
         recover: m, by which what is too close comes apart.
         tangled: (V,) vertices without a side.
-        contact: vertex (C, 4), weight (C, 4), normal (C, 3), target (C,) to be written, in two halves.
-        counts: (2,) how many stand in each; only as many as there is room for are written.
+        contact: vertex (C, 4), weight (C, 4), normal (C, 3), target (C,), keep (C,) to be written.
+        ahead: substeps that the contacts shall do for.
     """
-    vertex, weight, normal, target = contact
     _, _, box_low, box_high, upward = fit
-    half = target.shape[0] // 2
-    total = pair.shape[0]
-    listed = (1.0 + SLACK) * thickness
-    for share in range(SHARES):
-        count, low, high = 0, half * share, half * (share + 1)
-        mine = (vertex[low:high], weight[low:high], normal[low:high], target[low:high])
-        for p in range(total * share // SHARES, total * (share + 1) // SHARES):
-            now = gap[p] - 2.0 * strayed
+    listed, count = (1.0 + SLACK) * thickness, 0
+    for p in range(pair.shape[0]):
+        now = gap[p] - 2.0 * strayed
+        apart[p] = now
+        if now > listed:
+            continue
+        a, b = pair[p, 0], pair[p, 1]
+        now = box_gap(box_low, box_high, a, b)
+        if now > listed:
             apart[p] = now
-            if now > listed:
-                continue
-            a, b = pair[p, 0], pair[p, 1]
-            now = box_gap(box_low, box_high, a, b)
-            if now > listed:
-                apart[p] = now
-                continue
-            nx, ny, nz = leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2]
-            now = gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz)
-            if now < EDGES * listed:
-                best, nx, ny, nz = best_direction(start, corner_start, corner, box_low, box_high, upward, a, b, listed)
-                best = min(best, leaf_gap(end, corner_start, corner, a, b, nx, ny, nz))
-                if best > now:
-                    now = best
-                    leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2] = nx, ny, nz
-            apart[p] = now
-            if now > listed:
-                continue
-            for turn in range(1 if a == b else 2):
-                first, second = (a, b) if turn == 0 else (b, a)
-                count = add_faces(start, end, sheet, fit, first, second, thickness, far, recover, tangled, mine, count)
-            if now < EDGES * listed:
-                count = add_edges(start, end, sheet, a, b, thickness, far, recover, tangled, mine, count)
-        counts[share] = count
+            continue
+        nx, ny, nz = leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2]
+        now = gap_on_way(start, end, corner_start, corner, a, b, nx, ny, nz)
+        if now < EDGES * listed:
+            best, nx, ny, nz = best_direction(start, corner_start, corner, box_low, box_high, upward, a, b, listed)
+            best = min(best, leaf_gap(end, corner_start, corner, a, b, nx, ny, nz))
+            if best > now:
+                now = best
+                leaf_normal[p, 0], leaf_normal[p, 1], leaf_normal[p, 2] = nx, ny, nz
+        apart[p] = now
+        if now > listed:
+            continue
+        for turn in range(1 if a == b else 2):
+            i, j = (a, b) if turn == 0 else (b, a)
+            count = add_faces(start, end, sheet, fit, i, j, thickness, far, recover, tangled, contact, ahead, count)
+        if now < EDGES * listed:
+            count = add_edges(start, end, sheet, a, b, thickness, far, recover, tangled, contact, ahead, count)
+    return count

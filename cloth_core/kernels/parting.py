@@ -10,9 +10,6 @@ from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.closest import along
 from cloth_core.kernels.hierarchy import triangle_normal
 
-SHARES = 2
-"""Of a loop over pairs, for threads to come: with ``prange`` the results differed from those of one thread."""
-
 
 @part_kernel
 def leaf_gap(x, corner_start, corner, a, b, nx, ny, nz):
@@ -112,13 +109,11 @@ def part_leaves(before, after, corner_start, corner, low, high, upward, margin, 
 
     The gap is the least on the way from ``before`` to ``after`` (V, 3) m.
     """
-    count = pair.shape[0]
-    for share in range(SHARES):
-        for p in range(count * share // SHARES, count * (share + 1) // SHARES):
-            a, b = pair[p, 0], pair[p, 1]
-            best, nx, ny, nz = best_direction(before, corner_start, corner, low, high, upward, a, b, 2.0 * margin)
-            normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
-            gap[p] = min(best, leaf_gap(after, corner_start, corner, a, b, nx, ny, nz))
+    for p in range(pair.shape[0]):
+        a, b = pair[p, 0], pair[p, 1]
+        best, nx, ny, nz = best_direction(before, corner_start, corner, low, high, upward, a, b, margin)
+        normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
+        gap[p] = min(best, leaf_gap(after, corner_start, corner, a, b, nx, ny, nz))
 
 
 @kernel
@@ -166,3 +161,9 @@ def stray(position, origin, velocity, time):
         dz = position[v, 2] - origin[v, 2] - time * velocity[v, 2] - mz
         most = max(most, dx * dx + dy * dy + dz * dz)
     return math.sqrt(most)
+
+
+# 2
+# 1
+# 0.25
+# 0.25

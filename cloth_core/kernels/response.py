@@ -32,6 +32,20 @@ def ease(vertex, weight, inverse_mass, count, mobility):
 
 
 @kernel
+def renew(start, vertex, weight, normal, target, keep, recover, count, pushed, spent):
+    """Take ``count`` contacts up again as they stand at the ``start`` (V, 3) m of another substep, in place.
+
+    What is still closer than it shall ``keep`` (C,) m may come apart by ``recover`` m.
+    """
+    for c in range(count):
+        p, q, r, s = vertex[c, 0], vertex[c, 1], vertex[c, 2], vertex[c, 3]
+        dx, dy, dz = between(start, p, q, r, s, weight[c, 0], weight[c, 1], weight[c, 2], weight[c, 3])
+        up = dx * normal[c, 0] + dy * normal[c, 1] + dz * normal[c, 2]
+        target[c] = min(keep[c], max(target[c], up + recover))
+        pushed[c], spent[c] = 0.0, 0.0
+
+
+@kernel
 def push_apart(
     start, position, vertex, weight, normal, target, inverse_mass, mobility, friction, pushed, spent, first, count, back
 ):

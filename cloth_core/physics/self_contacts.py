@@ -24,6 +24,8 @@ WAY_OUT = 0.2
 """Most that vertices go in a step where the cloth crosses itself, as a share of that edge."""
 SWEEPS = 4
 """Over contacts in each of these rounds."""
+LASTING = 2
+"""Substeps that a list of contacts does for."""
 
 
 class SelfContacts(HeldMasses):
@@ -58,7 +60,8 @@ class SelfContacts(HeldMasses):
         leaves = len(self._patches.leaf_start) - 1
         self._fit = np.empty((triangles, 3)), np.empty((triangles, 6)), *(np.empty((leaves, 3)) for _ in range(3))
         self._wanted = np.zeros(leaves, np.bool_)
-        self._moved = np.empty(leaves)
+        self._moved, self._off = np.empty(leaves), np.zeros(leaves)
+        self._first = self._ahead = self._found = 0
         self._pairs = self._count = 0
         self._make_room(2 * mesh.vertex_count)
         self._tangled = np.zeros(mesh.vertex_count, np.bool_)
@@ -71,10 +74,10 @@ class SelfContacts(HeldMasses):
     def _make_room(self, contacts: int) -> None:
         """For so many contacts."""
         self._contact = (
-            np.zeros((contacts, 4), np.uint32), np.zeros((contacts, 4)), np.zeros((contacts, 3)), np.zeros(contacts),
+            np.zeros((contacts, 4), np.uint32), np.zeros((contacts, 4)), np.zeros((contacts, 3)),
+            np.zeros(contacts), np.zeros(contacts),
         )  # fmt: skip
         self._mobility, self._pushed, self._spent = np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)
-        self._counts = np.zeros(2, np.int64)
 
     def begin_step(self, position: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
         """Look ahead ``time`` s from (V, 3) ``position`` m at ``velocity`` m/s: which leaves may meet.
@@ -82,7 +85,7 @@ class SelfContacts(HeldMasses):
         Returns:
             The position to begin with: where the cloth crosses itself, a little on its way out.
         """
-        self._until, self._now = time, 0.0
+        self._until, self._now, self._ahead = time, 0.0, 0
         self._searches = self._passed = self._welded = self.touching = 0
         self.are_apart = True
         self._search(position, velocity)
@@ -142,31 +145,46 @@ class SelfContacts(HeldMasses):
         return self._strayed <= self._skin
 
     def find(self, start: np.ndarray, predicted: np.ndarray, h: float, number: int) -> None:
-        """List what may touch from ``start`` to about ``predicted`` (V, 3) m, in substep ``number`` of ``h`` s."""
+        """List what may touch from ``start`` to about ``predicted`` (V, 3) m, in substep ``number`` of ``h`` s.
+
+        A list does for ``LASTING`` substeps, unless what may meet had to be sought anew meanwhile.
+        """
         self._h, self._now = h, number * h
         # What is only predicted may lie anywhere: where it takes the cloth, the way after the loop will tell.
         if not self._follow(start, self._now):
             self._search(start, (predicted - start) / h)
-        n, tree = self._pairs, self._patches
+        if self._first < number < self._first + self._ahead:
+            self._renew(start, number - self._first)
+            return
+        self._first, self._ahead = number, min(LASTING, round(self._until / h) - number)
+        self._base, self._way = start, predicted - start
+        n, tree, end = self._pairs, self._patches, start + self._ahead * self._way
         self._predicted = predicted.copy()
+        self._off[:] = 0.0
         if n:
-            self._fit_leaves(start, predicted)
+            self._fit_leaves(start, end)
         while True:
-            narrow.find_contacts(
-                start, predicted, self._sheet, self._fit, tree.corner_start, tree.corner,
+            self._count = narrow.find_contacts(
+                start, end, self._sheet, self._fit, tree.corner_start, tree.corner,
                 self._pair[:n], self._leaf_normal[:n], self._gap[:n], self._apart[:n], self._strayed,
-                self.thickness, self._far, self._config.max_push_speed * h, self._tangled,
-                self._contact, self._counts,
+                self.thickness, self._far, self._config.max_push_speed * h, self._tangled, self._contact, self._ahead,
             )  # fmt: skip
-            most, half = int(self._counts.max()), len(self._mobility) // 2
-            if most <= half:
+            if self._count <= len(self._mobility):
                 break
-            self._make_room(3 * most)
-        first, second = (int(c) for c in self._counts)
-        for array in self._contact:
-            array[first : first + second] = array[half : half + second]
-        self._count = first + second
+            self._make_room(3 * self._count // 2)
+        self._found = self._count
         self._open(0)
+
+    def _renew(self, start: np.ndarray, share: int) -> None:
+        """Go on with the contacts that were found so many substeps ago."""
+        vertex, weight, normal, target, keep = self._contact
+        self._count, tree = self._found, self._patches
+        response.renew(
+            start, vertex, weight, normal, target, keep, self._config.max_push_speed * self._h, self._count,
+            self._pushed, self._spent,
+        )  # fmt: skip
+        parting.farthest(start, self._base + share * self._way, tree.corner_start, tree.corner, self._off)
+        self._predicted = self._base + (share + 1) * self._way
 
     def _open(self, first: int) -> None:
         """Contacts from number ``first`` on are new."""
@@ -178,10 +196,10 @@ class SelfContacts(HeldMasses):
 
     def sweep(self, start: np.ndarray, position: np.ndarray, number: int) -> float:
         """Push apart what is too close in ``position`` (V, 3) m, with friction; returns the farthest push in m."""
-        return self._push(start, position, 0, number % 2 == 1) if self._count else 0.0
+        return self._push(start, position, 0, back=number % 2 == 1) if self._count else 0.0
 
-    def _push(self, start: np.ndarray, position: np.ndarray, first: int, back: bool) -> float:
-        vertex, weight, normal, target = self._contact
+    def _push(self, start: np.ndarray, position: np.ndarray, first: int, *, back: bool) -> float:
+        vertex, weight, normal, target, _ = self._contact
         return response.push_apart(
             start, position, vertex, weight, normal, target, self._inverse_mass, self._mobility, self._friction,
             self._pushed, self._spent, first, self._count, back,
@@ -196,7 +214,7 @@ class SelfContacts(HeldMasses):
                 return
             self._passed += self._count - before
             for sweep in range(SWEEPS):
-                self._push(start, end, 0 if sweep % 2 else before, sweep % 2 == 1)
+                self._push(start, end, 0 if sweep % 2 else before, back=sweep % 2 == 1)
         self.are_apart = False
 
     def passing(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -209,15 +227,18 @@ class SelfContacts(HeldMasses):
         """Add what would pass through to the contacts; returns how many they were."""
         if not self._follow(end, self._now + self._h):
             self._search(start, (end - start) / self._h)
-            self._predicted = end.copy()
+            self._predicted, self._ahead = end.copy(), 0
             self._apart[: self._pairs] = self._gap[: self._pairs]
+            self._off[:] = 0.0
         before, n, tree = self._count, self._pairs, self._patches
         if n == 0:
             return 0
         parting.farthest(end, self._predicted, tree.corner_start, tree.corner, self._moved)
+        np.maximum(self._moved, self._off, out=self._moved)
         while True:
             self._count = impacts.find_impacts(
-                start, end, self._place, self._sheet, self._pair[:n], self._apart[:n], self._moved,
+                start, end, self._place, self._sheet, tree.corner_start, tree.corner,
+                self._pair[:n], self._leaf_normal[:n], self._apart[:n], self._moved,
                 self._tangled, narrow.EDGES * self.thickness, self._contact, before,
             )  # fmt: skip
             if self._count <= len(self._mobility):
@@ -232,7 +253,7 @@ class SelfContacts(HeldMasses):
         """End impacts in ``velocity`` (V, 3) m/s in place, after a substep from ``start`` (V, 3) m."""
         if self._count:
             self.touching = max(self.touching, int(np.count_nonzero(self._pushed[: self._count])))
-            vertex, weight, normal, target = self._contact
+            vertex, weight, normal, target, _ = self._contact
             response.end_impacts(
                 velocity, start, vertex, weight, normal, target,
                 self._inverse_mass, self._mobility, self._pushed, self._count, self._h,
