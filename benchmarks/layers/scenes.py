@@ -77,7 +77,7 @@ def twisted(side: int, on: bool) -> Stage:
 
     def inputs(time: float) -> Inputs:
         turns, nearer = 2.0 * min(1.0, max(0.0, time - 1.0) / 4.0), min(0.1, 0.1 * time)
-        nearer += 0.0375 * min(4.0, max(0.0, time - 1.0))
+        nearer += 0.06 * min(4.0, max(0.0, time - 1.0))
         hands = {}
         for name, sign in (("left", -1.0), ("right", 1.0)):
             half = sign * math.pi * turns

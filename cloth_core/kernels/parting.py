@@ -161,9 +161,3 @@ def stray(position, origin, velocity, time):
         dz = position[v, 2] - origin[v, 2] - time * velocity[v, 2] - mz
         most = max(most, dx * dx + dy * dy + dz * dz)
     return math.sqrt(most)
-
-
-# 2
-# 1
-# 0.25
-# 0.25

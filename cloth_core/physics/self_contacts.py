@@ -20,8 +20,8 @@ SKIN = 0.15
 what was smooth is so still."""
 ROUNDS = 4
 """Of pushing back what would pass through."""
-WAY_OUT = 0.2
-"""Most that vertices go in a step where the cloth crosses itself, as a share of that edge."""
+WAY_OUT = 0.1
+"""Most that vertices go in a step where the cloth crosses itself, as a share of a short edge: more would tear it."""
 SWEEPS = 4
 """Over contacts in each of these rounds."""
 LASTING = 2
@@ -49,8 +49,8 @@ class SelfContacts(HeldMasses):
         self._patches = patches(mesh.rest_position, mesh.triangles, mesh.component)
         features = Features.of(mesh, self._patches)
         self._sheet, self._area = features.sheet, mesh.triangle_area[self._patches.order]
-        self._edge, self._skin = features.mean_edge, SKIN * features.short_edge
-        self.thickness = max(material.thickness, LEAST_THICKNESS * self._edge)
+        self._short, self._skin = features.short_edge, SKIN * features.short_edge
+        self.thickness = max(material.thickness, LEAST_THICKNESS * features.mean_edge)
         self._far = 2.0 * (self.thickness + features.longest_edge)
         triangles, nodes = len(mesh.triangles), len(self._patches.compact)
         self._low, self._high = np.empty((triangles, 9)), np.empty((triangles, 9))
@@ -95,7 +95,7 @@ class SelfContacts(HeldMasses):
             position = position.copy()
             untangle.way_out(
                 position, self._crossing[: self.crossings], self._inverse_mass,
-                min(self._config.max_push_speed * time, WAY_OUT * self._edge), self._tangled, *self._ways,
+                min(self._config.max_push_speed * time, WAY_OUT * self._short), self._tangled, *self._ways,
             )  # fmt: skip
             self._search(position, velocity)
         return position
