@@ -6,7 +6,8 @@ import math
 
 from cloth_core.kernels import kernel, part_kernel
 from cloth_core.kernels.closest import closest_weights, separation, toward
-from cloth_core.kernels.narrow import gap_on_way, height, note
+from cloth_core.kernels.narrow import gap_on_way, note
+from cloth_core.kernels.sides import height
 
 MISS = 1e-6
 """By how much two features may miss each other and still count as meeting, as a share of their size."""

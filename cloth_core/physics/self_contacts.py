@@ -195,8 +195,13 @@ class SelfContacts(HeldMasses):
         response.ease(vertex[first:n], weight[first:n], self._inverse_mass, n - first, self._mobility[first:n])
 
     def sweep(self, start: np.ndarray, position: np.ndarray, number: int) -> float:
-        """Push apart what is too close in ``position`` (V, 3) m, with friction; returns the farthest push in m."""
-        return self._push(start, position, 0, back=number % 2 == 1) if self._count else 0.0
+        """Push apart what is too close in ``position`` (V, 3) m, with friction.
+
+        Returns:
+            The farthest push in m; 0 for one that would not be seen.
+        """
+        farthest = self._push(start, position, 0, back=number % 2 == 1) if self._count else 0.0
+        return farthest if farthest > response.IDLE * self.thickness else 0.0
 
     def _push(self, start: np.ndarray, position: np.ndarray, first: int, *, back: bool) -> float:
         vertex, weight, normal, target, _ = self._contact

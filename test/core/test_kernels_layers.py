@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_core import ClothMesh
-from cloth_core.kernels import closest, hierarchy, impacts, parting, response, untangle
+from cloth_core.kernels import closest, hierarchy, impacts, parting, response, sides, untangle
 from cloth_core.meshing.patches import patches
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -105,6 +105,18 @@ def test_contacts_push_and_rub_as_coulomb_says(seed):
 
 
 @given(SEEDS)
+def test_contacts_go_on_as_they_stand_and_keep_more_as_they_come_apart(seed):
+    random = np.random.default_rng(seed)
+    start, weight = random.normal(size=(4, 3)), np.array([[1.0, -0.2, -0.3, -0.5]])
+    normal, keep, recover = np.array([[0.6, 0.0, 0.8]]), np.array([0.5]), 0.1
+    up = normal[0] @ (weight[0] @ start)
+    for before in (0.3, 0.5):
+        target, pushed, spent = np.array([before]), np.ones(1), np.ones(1)
+        response.renew(start, ROW[None].copy(), weight, normal, target, keep, recover, 1, pushed, spent)
+        assert target[0] == pytest.approx(np.clip(up + recover, before, 0.5)) and pushed[0] == spent[0] == 0.0
+
+
+@given(SEEDS)
 def test_impacts_end_as_inelastic_ones_and_keep_momentum(seed):
     random = np.random.default_rng(seed)
     velocity, inverse_mass = random.normal(size=(4, 3)), random.uniform(0.5, 2.0, 4)
@@ -123,6 +135,32 @@ def test_impacts_end_as_inelastic_ones_and_keep_momentum(seed):
     untouched = velocity.copy()
     response.end_impacts(velocity, start, *rest, np.zeros(1), 1, h)
     np.testing.assert_array_equal(velocity, untouched)  # what was not pushed goes on
+
+
+@given(SEEDS, st.floats(0.0, 1.0), st.sampled_from([-1.0, 1.0]))
+def test_a_side_tells_what_is_beside_a_triangle(seed, margin, sign):
+    x = four(np.random.default_rng(seed))
+    p, *corner = x
+    normal = np.cross(corner[1] - corner[0], corner[2] - corner[0])
+    normal *= sign / np.linalg.norm(normal)
+    beyond = []
+    for k in range(3):
+        q, r, s = (corner[(k + i) % 3] for i in range(3))
+        inward = (s - q) - (s - q) @ (r - q) / ((r - q) @ (r - q)) * (r - q)
+        beyond.append(-(p - q) @ inward / np.linalg.norm(inward))
+    if abs(max(beyond) - margin) > 1e-9:
+        assert sides.is_beside(x, *ROW, *normal, sign, margin) == (max(beyond) > margin)
+
+
+@given(SEEDS, st.booleans())
+def test_ways_of_features_that_meet_are_never_told_apart(seed, edges):
+    random = np.random.default_rng(seed)
+    start, tangled = four(random), np.zeros(4, np.bool_)
+    end = random.normal(size=(4, 3)) - start
+    if twins.meeting(start, end, ROW, edges) > 0.0:
+        assert impacts.ways_meet(start, end, *ROW, edges) and impacts.may_pass(start, end, *ROW, edges, tangled)
+    away = np.where(np.arange(4) < (2 if edges else 1), 100.0, 0.0)[:, None]
+    assert not impacts.ways_meet(start + away, end + away, *ROW, edges)
 
 
 @given(SEEDS)
