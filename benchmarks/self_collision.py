@@ -5,8 +5,9 @@
     python benchmarks/self_collision.py --scenes folded  some of the scenes
 
 Crossings are pairs of triangles without common vertex, counted every ``--every`` frames by code that has nothing in
-common with the solver's. Times are medians over the frames in which more than 1 % of the vertices touch the cloth;
-those without self-collision are of the same number of frames of the scene played without.
+common with the solver's. Times are the processor's (one thread with ``NUMBA_NUM_THREADS=1``), medians over the frames
+in which more than 1 % of the vertices touch the cloth; those without self-collision are of the same frames of the
+scene played without.
 """
 
 from __future__ import annotations

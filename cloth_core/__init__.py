@@ -2,6 +2,7 @@
 
 from cloth_core.config import SolverConfig
 from cloth_core.errors import ClothError, InputError, MeshError, MeshWarning, SettingError
+from cloth_core.fluids import Fluid
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -14,6 +15,7 @@ __all__ = [
     "ClothError",
     "ClothMesh",
     "ClothSolver",
+    "Fluid",
     "Grasp",
     "Grip",
     "InputError",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cloth_core.errors import InputError, SettingError, shown
+from cloth_core.fluids import Fluid
 from cloth_core.pose import Pose
 from cloth_core.settings import Settings, check_kind, check_named, setting
 
@@ -71,6 +72,8 @@ class Inputs:
     Args:
         grasps: grippers by name; one that disappears lets go.
         wind: the air; no wind by default.
+        fluids: regions full of something else, by name; they may be others, or elsewhere, in every step. Where they
+            overlap, the first in the order of the alphabet counts.
         obstacles: where declared obstacles stand at the end of the step; those not named stay.
         gravity: m/s^2.
 
@@ -80,6 +83,7 @@ class Inputs:
 
     grasps: Mapping[str, Grasp] = field(default_factory=dict)
     wind: Wind = Wind()
+    fluids: Mapping[str, Fluid] = field(default_factory=dict)
     obstacles: Mapping[str, Pose] = field(default_factory=dict)
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
 
@@ -87,6 +91,7 @@ class Inputs:
         try:
             check_named("grasps", self.grasps, Grasp, "Grasp(pose=Pose((x, y, z)), closure=1.0)")
             check_kind("wind", self.wind, Wind, "Wind(velocity=(x, y, z)) (m/s)")
+            check_named("fluids", self.fluids, Fluid, "Fluid(shape=Plane(), velocity=(x, y, z))")
             check_named("obstacles", self.obstacles, Pose, "Pose((x, y, z)) (m)")
         except SettingError as error:
             raise InputError(str(error)) from None
@@ -97,6 +102,7 @@ class Inputs:
         return {
             "grasps": {name: {**g.as_mapping(), "pose": pose_as_list(g.pose)} for name, g in self.grasps.items()},
             "wind": self.wind.as_mapping(),
+            "fluids": {name: fluid.as_mapping() for name, fluid in self.fluids.items()},
             "obstacles": {name: pose_as_list(pose) for name, pose in self.obstacles.items()},
             "gravity": list(self.gravity),
         }
@@ -107,6 +113,7 @@ class Inputs:
         return cls(
             grasps={n: Grasp(**{**g, "pose": pose_from_list(g["pose"])}) for n, g in values["grasps"].items()},
             wind=Wind.from_mapping(values["wind"]),
+            fluids={name: Fluid.from_mapping(fluid) for name, fluid in values.get("fluids", {}).items()},
             obstacles={name: pose_from_list(pose) for name, pose in values["obstacles"].items()},
             gravity=tuple(values["gravity"]),
         )

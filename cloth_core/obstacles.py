@@ -50,8 +50,18 @@ class Obstacle(Settings):
         raise NotImplementedError
 
     @property
+    def half_extents(self) -> tuple[float, float, float]:
+        """Half the edges in m of a box about the frame's origin, along its axes, that holds the shape."""
+        return (self.reach, self.reach, self.reach)
+
+    @property
     def roundness(self) -> float:
         """Least radius of curvature of the surface in m; 0 if it has edges."""
+        raise NotImplementedError
+
+    @property
+    def inradius(self) -> float:
+        """Radius in m of the largest ball that fits inside."""
         raise NotImplementedError
 
 
@@ -91,6 +101,11 @@ class Plane(Obstacle):
         """A plane does not bend."""
         return float("inf")
 
+    @property
+    def inradius(self) -> float:
+        """Below a plane there is room for any ball."""
+        return float("inf")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sphere(Obstacle):
@@ -114,6 +129,11 @@ class Sphere(Obstacle):
         """The radius."""
         return self.radius
 
+    @property
+    def inradius(self) -> float:
+        """The radius."""
+        return self.radius
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Box(Obstacle):
@@ -130,6 +150,11 @@ class Box(Obstacle):
         return tuple(0.5 * e for e in self.extents)  # type: ignore[return-value]
 
     @property
+    def half_extents(self) -> tuple[float, float, float]:
+        """Half the edge lengths."""
+        return self.size
+
+    @property
     def reach(self) -> float:
         """Half the space diagonal."""
         return float(np.linalg.norm(self.size))
@@ -138,6 +163,11 @@ class Box(Obstacle):
     def roundness(self) -> float:
         """A box has edges."""
         return 0.0
+
+    @property
+    def inradius(self) -> float:
+        """Half the shortest edge."""
+        return min(self.size)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,12 +184,22 @@ class Capsule(Obstacle):
         return (self.radius, 0.5 * self.length, 0.0)
 
     @property
+    def half_extents(self) -> tuple[float, float, float]:
+        """Radius, radius, half the whole length."""
+        return (self.radius, self.radius, self.reach)
+
+    @property
     def reach(self) -> float:
         """Half the whole length."""
         return self.radius + 0.5 * self.length
 
     @property
     def roundness(self) -> float:
+        """The radius."""
+        return self.radius
+
+    @property
+    def inradius(self) -> float:
         """The radius."""
         return self.radius
 
@@ -179,6 +219,11 @@ class Ellipsoid(Obstacle):
         return self.radii
 
     @property
+    def half_extents(self) -> tuple[float, float, float]:
+        """The semi-axes."""
+        return self.radii
+
+    @property
     def reach(self) -> float:
         """The longest semi-axis."""
         return max(self.radii)
@@ -187,6 +232,11 @@ class Ellipsoid(Obstacle):
     def roundness(self) -> float:
         """That at the end of the longest semi-axis, across the shortest."""
         return min(self.radii) ** 2 / max(self.radii)
+
+    @property
+    def inradius(self) -> float:
+        """The shortest semi-axis."""
+        return min(self.radii)
 
 
 SHAPES: dict[str, type[Obstacle]] = {

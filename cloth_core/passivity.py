@@ -34,14 +34,25 @@ class Passivity:
         self._damped = -math.expm1(-2.0 * model.material.damping * time)
 
     def begin(
-        self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, flow: np.ndarray, gravity: np.ndarray
+        self,
+        position: np.ndarray,
+        velocity: np.ndarray,
+        lag: np.ndarray,
+        flow: np.ndarray,
+        gravity: np.ndarray,
+        *,
+        alone: bool = True,
     ) -> None:
-        """Take the energy at the beginning of a step: (V, 3) m, m/s, m/s; ``flow`` (V, 3) m/s, gravity (3,) m/s^2."""
+        """Take in the beginning of a step: (V, 3) m, m/s, m/s; ``flow`` (V, 3) m/s, gravity (3,) m/s^2.
+
+        The arrays are kept, and must stay what they are until the end. A cloth that is not ``alone`` with these may
+        gain energy.
+        """
         speed = SLOW * self._model.h * float(np.linalg.norm(gravity))
         self._slow = 0.5 * float(self._mass.sum()) * speed * speed
-        self._start, self._gravity, self._kinetic = position, gravity, self.kinetic(velocity)
-        self._watched = self._kinetic < self._slow and self._model.contacts.still and not flow.any()
-        self._energy = self.energy(position, velocity + lag, gravity) if self._watched else 0.0
+        self._start, self._velocity, self._lag, self._gravity = position, velocity, lag, gravity
+        self._kinetic = self.kinetic(velocity)
+        self._watched = alone and self._kinetic < self._slow and self._model.contacts.still and not flow.any()
 
     def end(self, position: np.ndarray, velocity: np.ndarray, lag: np.ndarray, held: np.ndarray) -> None:
         """Slow down ``velocity`` and ``lag`` (V, 3) m/s in place if less energy is gone than damping takes.
@@ -52,7 +63,8 @@ class Passivity:
         if not self._watched or kinetic > self._slow or (position[held] != self._start[held]).any():
             return
         taken = self._damped * min(kinetic, self._kinetic)
-        gain = self.energy(position, velocity + lag, self._gravity) - self._energy + taken
+        before = self.energy(self._start, self._velocity + self._lag, self._gravity)
+        gain = self.energy(position, velocity + lag, self._gravity) - before + taken
         if not gain > 0.0:
             return
         inner = [motion - self._rigid(position, motion, held) for motion in (velocity, lag)]

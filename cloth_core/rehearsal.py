@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from cloth_core.config import SolverConfig
+from cloth_core.fluids import Fluid
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -85,8 +86,8 @@ def kinds(mesh: ClothMesh, material: Material, config: SolverConfig, precisions:
 def rehearse(kind: Kind, build: Callable[..., Any]) -> tuple[StepReport, ...]:
     """Play the miniature of a ``kind``, once in a process; ``build`` is :class:`~cloth_core.solver.ClothSolver`.
 
-    A wind blows, obstacles move through the cloth, two hands close and go off too far and too fast: one loses it, the
-    other is held back. The cloth is torn to twice its size, and the hand opens.
+    A wind blows, water stands, obstacles move through the cloth, two hands close and go off too far and too fast: one
+    loses it, the other is held back. The cloth is torn to twice its size, and the hand opens.
 
     Returns:
         What each step reported.
@@ -121,7 +122,8 @@ def _inputs(act: Act, ends: tuple[np.ndarray, ...], shift: float) -> Inputs:
     }
     wind = Wind(velocity=(1.0, 0.0, 0.0), gust_intensity=0.1)
     obstacles = {name: shape.pose.shifted(np.array([shift, 0.0, 0.0])) for name, shape in OBSTACLES.items()}
-    return Inputs(grasps=grasps, wind=wind, obstacles=obstacles)
+    fluids = {"water": Fluid(shape=Box(extents=(0.02, 0.02, 0.02), center=(-0.03, 0.0, 0.0)))}
+    return Inputs(grasps=grasps, wind=wind, fluids=fluids, obstacles=obstacles)
 
 
 def _thrown(state: State, act: Act) -> State:

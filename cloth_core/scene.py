@@ -13,6 +13,7 @@ from ruamel.yaml.error import YAMLError
 
 from cloth_core.config import SolverConfig
 from cloth_core.errors import InputError, MeshError, SettingError
+from cloth_core.fluids import Fluid
 from cloth_core.inputs import Grasp, Inputs, Wind
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -128,6 +129,7 @@ class Scene:
         inputs = Inputs(
             grasps=read.pop("grasps", {}),
             wind=read.pop("wind", Wind()),
+            fluids=read.pop("fluids", {}),
             gravity=read.pop("gravity", Inputs().gravity),
         )
         return cls(mesh=mesh, placement=placement, inputs=inputs, name=name, text=text, **read)
@@ -252,6 +254,7 @@ READERS: dict[str, Callable[[Any, Path], Any]] = {
     "obstacles": lambda values, _: _named(values, _obstacle),
     "grasps": lambda values, _: _named(values, _grasp),
     "wind": lambda values, _: Wind.from_mapping(values),
+    "fluids": lambda values, _: _named(values, Fluid.from_mapping),
     "gravity": _gravity,
     "groups": lambda values, _: _named(values, _group),
     "pins": _pins,

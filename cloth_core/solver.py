@@ -22,6 +22,7 @@ from cloth_core.physics.drag import flow_at
 from cloth_core.physics.following import follow
 from cloth_core.physics.grasping import update_grips
 from cloth_core.physics.hands import Hands
+from cloth_core.physics.immersion import regions_of
 from cloth_core.physics.reach import Reach
 from cloth_core.physics.restraint import Restraint
 from cloth_core.physics.stiffness import check_stiffness
@@ -203,9 +204,11 @@ class ClothSolver:
         after = {**state.obstacles, **inputs.obstacles}
         teleported = model.contacts.begin_step(state.obstacles, after)
         capped = flow_at(state.position, inputs.wind, state.time, self.config.max_wind_speed, self._flow)
+        model.wakes.shelter(state.position, inputs.wind, self._flow)
 
         passes = Passes(self.sweeps, sweeps, out_of_time)
-        motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes)
+        fluids = regions_of(inputs.fluids, self.material)
+        motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes, fluids)
         grips_after, slips = hands.end()
         layers, recovered = model.self_contacts, not motion.is_sound
         if recovered:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cloth_core.integrators import ImplicitMidpoint, Meyer2000, Model, Substep
+from cloth_core.kernels.immersion import Regions
 from cloth_core.passivity import Passivity
 from cloth_core.physics.hands import Hands
 from cloth_core.physics.restraint import Restraint
@@ -85,6 +86,7 @@ class Substeps:
         flow: np.ndarray,
         gravity: Sequence[float],
         passes: Passes,
+        fluids: Regions | None = None,
     ) -> Motion:
         """Advance a copy of ``state`` by a step whose contacts have begun already.
 
@@ -95,6 +97,7 @@ class Substeps:
             flow: (V, 3) m/s, velocity of the air.
             gravity: (3,) m/s^2.
             passes: that each substep may take.
+            fluids: what the cloth may be immersed in.
         """
         model, integrator = self._model, self._integrator
         integrator.begin(state.history)
@@ -102,8 +105,9 @@ class Substeps:
         if model.self_contacts is not None:
             position = model.self_contacts.begin_step(position, velocity, self._count * model.h)
         self._passivity.begin(
-            position, velocity, state.history.get("lag", np.zeros_like(velocity)), flow, np.array(gravity)
-        )
+            position, velocity, state.history.get("lag", np.zeros_like(velocity)), flow, np.array(gravity),
+            alone=fluids is None,
+        )  # fmt: skip
         done: list[int] = []
         restrained = np.zeros(len(position), dtype=bool)
         for number in range(self._count):
@@ -118,6 +122,7 @@ class Substeps:
                 flow=flow,
                 gravity=np.array(gravity),
                 sweeps=allowed,
+                fluids=fluids,
             )
             start = position
             position, velocity, sweeps, excess = integrator.advance(start, velocity, given)

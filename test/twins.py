@@ -428,3 +428,57 @@ def midpoint_step(
     lag += h / 2 * gravity
     lag[held] = 0.0
     return end, velocity, lag
+
+
+def least_width(rotation, half, toward):
+    """Of a box seen along ``toward``: the least extent across any direction in the picture."""
+    e1 = np.cross(toward, np.eye(3)[np.argmin(np.abs(toward))])
+    e1 /= np.linalg.norm(e1)
+    e2 = np.cross(toward, e1)
+    angle = np.linspace(0.0, np.pi, 20001)[:, None]
+    across = np.cos(angle) * e1 + np.sin(angle) * e2
+    return (2.0 * np.abs(across @ rotation) @ half).min()
+
+
+def shelter(body, width, toward, point, sheltered=1.5, ended=6.0, spread=0.09):
+    """Share of the wind that a ``body`` keeps from a ``point``: its ray against the wind in 4,000 even steps."""
+    into, t = body.pose.rotation.T, np.linspace(0.0, 2.0 * np.linalg.norm(point), 4000)
+    rays = (point - t[:, None] * toward - body.pose.position) @ into.T
+    if body.kind == 4:
+        t, rays = t[::10], rays[::10]
+    away = np.array([DISTANCE[body.kind](np.array(body.size), ray) for ray in rays])
+    hit = np.flatnonzero(away <= 0.0)
+    closest = 0.0 if len(hit) else (away / np.maximum(spread * t, 1e-12)).min()
+    at = (point - body.pose.position) @ toward - np.array(body.half_extents) @ np.abs(into @ toward)
+    soft, closing = (np.clip(s, 0.0, 1.0) for s in (1.0 - closest, (ended - at / width) / (ended - sheltered)))
+    return soft**2 * (3 - 2 * soft) * closing**2 * (3 - 2 * closing)
+
+
+def immersed(x, v, rest_area, mass, thickness, gravity, h, fluids, area_vector):
+    """Forces of ``fluids`` on each vertex, and its dry share.
+
+    Each fluid is (shape, velocity, density, drag coefficient face-on, along, share displaced).
+    """
+    force, dry = np.zeros_like(x), np.ones(len(x))
+    for i in np.flatnonzero(rest_area > 0):
+        area = np.linalg.norm(area_vector[i])
+        n = area_vector[i] / area if area > 0 else np.zeros(3)
+        for shape, stream, rho, face_on, along, displaced in fluids:
+            into, center = shape.pose.rotation.T, np.array(shape.pose.position)
+            away = lambda p, s=shape, i=into, c=center: DISTANCE[s.kind](np.array(s.size), i @ (p - c))  # noqa: E731
+            p = x[i] + h * v[i]
+            outward = np.array([away(p + e) - away(p - e) for e in 1e-6 * np.eye(3)]) / 2e-6
+            lifted = rho * displaced * thickness * rest_area[i]
+            cosine = min(abs(n @ outward), 1.0)
+            height = thickness * cosine + np.sqrt(rest_area[i] * (1 - cosine**2))
+            height = max(height, 4.0 * lifted * np.linalg.norm(gravity) * h * h / mass[i])
+            wet = dry[i] * np.clip(0.5 - away(p) / height, 0.0, 1.0)
+            dry[i] -= wet
+            w = stream - v[i]
+            through = (n @ w) * n
+            c, d = (
+                min(0.5 * rho * k * a * np.linalg.norm(w) * wet, mass[i] / h)
+                for k, a in ((face_on, min(area, rest_area[i])), (along, rest_area[i]))
+            )
+            force[i] += c * through + d * (w - through) - wet * lifted * np.array(gravity)
+    return force, dry

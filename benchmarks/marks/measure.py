@@ -69,8 +69,8 @@ def hands(sizes: list[int]) -> Iterator[Row]:
     for what, taken in (("grabbed", times.grab), ("released", times.release)):
         more = statistics.median(one - free for one, free in zip(taken, times.free, strict=True))
         yield Row(f"{where} {what}: more than a frame", "ms", 25.0, 8.0, more, min(taken) - shortest)
-    ratio = statistics.median(one / free for one, free in zip(times.held, times.free, strict=True))
-    yield Row(f"{where} held: frame against none held", "x", 1.3, 1.1, ratio, min(times.held) / shortest)
+    ratio = statistics.median(one / free for one, free in zip(times.held, times.beside, strict=True))
+    yield Row(f"{where} held: frame against none held", "x", 1.3, 1.1, ratio, min(times.held) / min(times.beside))
     frames = 5 * GRABS
     idle = grab.in_slots(solver, state, lambda *_: Inputs(), iter(range(frames)))
     busy = grab.in_slots(solver, state, grab.grabbing(1), iter(range(frames)))

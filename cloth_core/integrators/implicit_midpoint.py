@@ -126,11 +126,11 @@ class ImplicitMidpoint:
         """
         model, inertial, middle = self.model, self._inertial, np.empty_like(position)
         bending = self._no_bending if self._bending is None else self._bending.acceleration
-        if model.drag > 0.0:
-            self._force[:] = 0.0
+        self._force[:] = 0.0
+        if model.drag > 0.0 or substep.fluids is not None:
             surface.add_relative_drag(
-                velocity, substep.flow, model.area_vectors(position), model.mesh.vertex_area, model.drag, model.mass,
-                substep.h, self._force,
+                velocity, substep.flow, *model.exposed(position, velocity, substep, self._force), model.drag,
+                model.mass, substep.h, self._force,
             )  # fmt: skip
         midpoint.predict(
             position, velocity, self._lag, self._force, model.mass, bending, substep.gravity, substep.h, inertial

@@ -58,7 +58,7 @@ class Meyer2000:
         model, dt = self.model, substep.h
         if self._ahead is not None:
             velocity, self._ahead = velocity + self._ahead, None
-        outer = self.secondary_forces(position, substep) + model.mass[:, None] * substep.gravity
+        outer = self.secondary_forces(position, velocity, substep) + model.mass[:, None] * substep.gravity
         force = self.internal_forces(position, velocity, dt) + outer
         moved = position + dt * self.filtered_velocity(force, position, velocity, substep)
         inertial = position + dt * velocity + dt * dt * outer / model.mass[:, None]
@@ -89,11 +89,10 @@ class Meyer2000:
         self.filter.solve(force * substep.h, change)
         return velocity + change
 
-    def secondary_forces(self, position: np.ndarray, substep: Substep) -> np.ndarray:
-        """Wind, from the flow alone as in section 4.1, (V, 3) N."""
+    def secondary_forces(self, position: np.ndarray, velocity: np.ndarray, substep: Substep) -> np.ndarray:
+        """Wind, from the flow alone as in section 4.1, and fluids, (V, 3) N."""
         model = self.model
         self._force[:] = 0.0
-        surface.add_drag_of_flow(
-            substep.flow, model.area_vectors(position), model.mesh.vertex_area, model.drag, self._force
-        )
+        exposed = model.exposed(position, velocity, substep, self._force)
+        surface.add_drag_of_flow(substep.flow, *exposed, model.drag, self._force)
         return self._force

@@ -11,17 +11,20 @@ from scipy.sparse import csr_matrix
 
 from cloth_core.config import SolverConfig
 from cloth_core.kernels import midpoint, surface
+from cloth_core.kernels.immersion import Regions
 from cloth_core.linear import Assembly, ImplicitFilter, Plans
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
 from cloth_core.physics.contacts import Contacts
+from cloth_core.physics.immersion import Immersion
 from cloth_core.physics.membrane import Membrane
 from cloth_core.physics.momentum import MomentumBalance
 from cloth_core.physics.self_contacts import SelfContacts
 from cloth_core.physics.springs import Springs
 from cloth_core.physics.stretch_limit import StretchLimit
 from cloth_core.physics.thread_limit import ThreadLimit
+from cloth_core.physics.wakes import Wakes
 
 NEGLIGIBLE_EXCESS, NEGLIGIBLE_PUSH = 1e-5, 1e-5
 """A sweep that corrects less has nothing left to do: a ratio over the stretch limit, and m below a surface."""
@@ -39,6 +42,7 @@ class Substep:
         flow: (V, 3) m/s, velocity of the air.
         gravity: (3,) m/s^2.
         sweeps: most passes over stretch limit and contacts.
+        fluids: what the cloth may be immersed in.
     """
 
     h: float
@@ -48,6 +52,7 @@ class Substep:
     flow: np.ndarray
     gravity: np.ndarray
     sweeps: int
+    fluids: Regions | None = None
 
 
 class Model:
@@ -79,6 +84,8 @@ class Model:
         self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, mesh, material, self.mass, config)
         self.self_contacts = SelfContacts(mesh, material, config, self.mass) if config.self_collision else None
+        self.wakes = Wakes(obstacles.values(), self.contacts, config)
+        self.immersion = Immersion(mesh, material, self.mass)
         self.drag = 0.5 * config.air_density * material.drag
         self._area_vector = np.empty((mesh.vertex_count, 3))
 
@@ -112,10 +119,20 @@ class Model:
         if self.self_contacts is not None:
             self.self_contacts.hold(held)
 
-    def area_vectors(self, position: np.ndarray) -> np.ndarray:
-        """(V, 3) m^2, valid until the next call."""
+    def exposed(
+        self, position: np.ndarray, velocity: np.ndarray, substep: Substep, force: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What the cloth shows to the air: area vectors (V, 3) m^2 and rest areas (V,) m^2, valid until the next call.
+
+        The force of fluids on what is wet instead is added to ``force`` (V, 3) N.
+        """
         surface.area_vectors(position, self.mesh.triangles, self._area_vector)
-        return self._area_vector
+        if substep.fluids is None:
+            return self._area_vector, self.mesh.vertex_area
+        dry = self.immersion.add_forces(
+            position, velocity, substep.gravity, substep.h, substep.fluids, self._area_vector, force
+        )
+        return self._area_vector, dry
 
     def limit_stretch_in_contact(
         self, start: np.ndarray, position: np.ndarray, substep: Substep, usual: int = 0, tolerated: float = 0.0

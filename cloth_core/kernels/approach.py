@@ -30,15 +30,17 @@ INSIDE = 0.02
 
 @shared_kernel
 def find_points(
-    start, predicted, edge, triangle, longest_edge, free, inverse_mass, bodies: Bodies, sharp, thin, shell, recover,
-    points: Points, way, distance, normal,
+    start, predicted, edge, triangle, longest_edge, free, inverse_mass, bodies: Bodies, sharp, thin, swift, flat,
+    shell, recover, points: Points, way, distance, normal,
 ):  # fmt: skip
     """List the ``points`` that may touch while the vertices go from ``start`` to about ``predicted`` (V, 3) m.
 
     A point counts if it comes within the shell on its way, with the obstacle's own added. Its ``depth`` is what may
     be left of it below the shell: what was already inside comes out by ``recover`` m and no faster, so that nothing is
     shot away. ``edge`` (E, 2), no longer than ``longest_edge`` m, and ``triangle`` (T, 3) are looked at for the
-    obstacles that are ``sharp`` (O,) alone. Those that are ``thin`` (O,) are passed by what is pushed a little.
+    obstacles that are ``sharp`` (O,) alone. Those that are ``thin`` (O,) are passed by what is pushed a little. What
+    moves by more than ``swift`` (O,) m may pass an obstacle, and is followed to where it first touches. Slower edges
+    and triangles need no look if the normals at their ends have a cosine above ``flat`` (2,).
 
     Returns how many there are, which may be more than there is room for: then the rest is missing.
     ``way`` (V,), ``distance`` (V,) and ``normal`` (V, 3) are room to work in.
@@ -64,13 +66,13 @@ def find_points(
         kind, size, reach = bodies.kind[o], bodies.size[o], bodies.reach[o]
         rotation, origin, travel = bodies.rotation_before[o], bodies.origin_before[o], bodies.travel[o]
         for v in prange(vertices):
-            survey(start, v, kind, size, rotation, origin, reach, beyond + way[v], distance, normal)
+            survey(start, v, kind, size, rotation, origin, reach, beyond + way[v], sharp[o], distance, normal)
         for v in range(vertices):
             moves = way[v] + travel
             if free[v] and distance[v] < 2.0 * shell + moves:
-                if moves > shell:
+                if moves > swift[o]:
                     count = add_point(
-                        start, predicted, v, v, v, 1, bodies, o, thin[o], moves, shell, recover,
+                        start, predicted, v, v, v, 1, bodies, o, thin[o], True, moves, shell, recover,
                         inverse_mass, points, count, begin, end, weight,
                     )  # fmt: skip
                 else:
@@ -86,10 +88,10 @@ def find_points(
             if (
                 0.5 * (distance[i] + distance[j] - longest_edge) < 2.0 * shell + moves
                 and (free[i] or free[j])
-                and (moves > shell or not flat(normal, i, j))
+                and (moves > swift[o] or cosine(normal, i, j) < flat[0])
             ):
                 count = add_point(
-                    start, predicted, i, j, j, 2, bodies, o, thin[o], moves, shell, recover,
+                    start, predicted, i, j, j, 2, bodies, o, thin[o], moves > swift[o], moves, shell, recover,
                     inverse_mass, points, count, begin, end, weight,
                 )  # fmt: skip
         for t in range(triangle.shape[0]):
@@ -98,10 +100,10 @@ def find_points(
             if (
                 (distance[i] + distance[j] + distance[k]) / 3.0 - longest_edge < 2.0 * shell + moves
                 and (free[i] or free[j] or free[k])
-                and (moves > shell or not (flat(normal, i, j) and flat(normal, i, k)))
+                and (moves > swift[o] or min(cosine(normal, i, j), cosine(normal, i, k)) < flat[1])
             ):
                 count = add_point(
-                    start, predicted, i, j, k, 3, bodies, o, thin[o], moves, shell, recover,
+                    start, predicted, i, j, k, 3, bodies, o, thin[o], moves > swift[o], moves, shell, recover,
                     inverse_mass, points, count, begin, end, weight,
                 )  # fmt: skip
     return count
@@ -118,27 +120,30 @@ def box_distance_to(low, high, center):
 
 
 @inlined_kernel
-def survey(start, v, kind, size, rotation, origin, reach, near, distance, normal):
-    """Distance of vertex ``v``, and the normal there in the frame of the obstacle; farther than ``near``, a bound."""
+def survey(start, v, kind, size, rotation, origin, reach, near, sharp, distance, normal):
+    """Distance of vertex ``v``; farther than ``near``, a bound. If ``sharp``, its normal in that frame, too."""
     x, y, z = start[v, 0] - origin[0], start[v, 1] - origin[1], start[v, 2] - origin[2]
-    normal[v, 0] = normal[v, 1] = normal[v, 2] = 0.0
-    distance[v] = math.sqrt(x * x + y * y + z * z) - reach
-    if distance[v] <= near:
+    nx = ny = nz = 0.0
+    away = math.sqrt(x * x + y * y + z * z) - reach
+    if away <= near:
         x, y, z = (
             rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
             rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
             rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
         )
         if kind == PLANE:
-            distance[v], normal[v, 2] = z, 1.0
+            away, nz = z, 1.0
         else:
-            distance[v], normal[v, 0], normal[v, 1], normal[v, 2] = signed_distance(kind, size, x, y, z)
+            away, nx, ny, nz = signed_distance(kind, size, x, y, z)
+    distance[v] = away
+    if sharp:
+        normal[v, 0], normal[v, 1], normal[v, 2] = nx, ny, nz
 
 
 @kernel
-def flat(normal, i, j):
-    """Whether the surface looks the same from two vertices: then nothing of it sticks out between them."""
-    return normal[i, 0] * normal[j, 0] + normal[i, 1] * normal[j, 1] + normal[i, 2] * normal[j, 2] > 0.9999
+def cosine(normal, i, j):
+    """Of the angle by which the surface bends from one vertex to another; 0 where one is too far away to know."""
+    return normal[i, 0] * normal[j, 0] + normal[i, 1] * normal[j, 1] + normal[i, 2] * normal[j, 2]
 
 
 @inlined_kernel
@@ -155,12 +160,13 @@ def add_vertex(v, o, distance, shell, recover, corners, corner, body, depth, pla
 
 @kernel
 def add_point(
-    start, predicted, i, j, k, corners, bodies, o, thin, moves, shell, recover,
+    start, predicted, i, j, k, corners, bodies, o, thin, follow, moves, shell, recover,
     inverse_mass, points, p, begin, end, weight
 ):  # fmt: skip
     """Look at the nearest point of a vertex, an edge or a triangle, and list it as number ``p`` if it may touch.
 
-    Returns the number of the next one.
+    ``follow`` says that it ``moves``, by as many m, enough to pass the obstacle: then it is followed to where it first
+    touches. Returns the number of the next one.
     """
     chosen = (i, j, k)
     for n in range(corners):
@@ -176,11 +182,11 @@ def add_point(
         return p
     distance, nx, ny, nz = nearest(kind, size, begin, corners, weight)
     outside, stopped = distance > 0.0, False
-    if moves > shell and outside and kind != PLANE:
+    if follow and outside:
         stopped, there, nx, ny, nz = first_touch(kind, size, begin, end, corners, shell, weight)
         distance = there if stopped else distance
     if corners > 1:
-        if not stopped and (distance > 2.0 * shell + moves or (moves > shell and outside)):
+        if not stopped and (distance > 2.0 * shell + moves or (follow and outside)):
             return p
         for n in range(corners):
             if weight[n] < INSIDE:

@@ -34,7 +34,7 @@ def add_up_impulses(indptr, indices, data, ahead, mass, gravity, time, impulse):
 
 @kernel
 def energy(indptr, indices, data, position):
-    """J, half of position times a Hessian times ``position`` (V, 3) m; its rows add up to nothing.
+    """J, half of position times a symmetric Hessian times ``position`` (V, 3) m; its rows add up to nothing.
 
     By differences of positions, so that nothing cancels far from the origin.
     """
@@ -42,7 +42,8 @@ def energy(indptr, indices, data, position):
     for v in range(position.shape[0]):
         for p in range(indptr[v], indptr[v + 1]):
             j = indices[p]
-            x, y = position[j, 0] - position[v, 0], position[j, 1] - position[v, 1]
-            z = position[j, 2] - position[v, 2]
-            total -= 0.25 * data[p] * (x * x + y * y + z * z)
+            if j > v:
+                x, y = position[j, 0] - position[v, 0], position[j, 1] - position[v, 1]
+                z = position[j, 2] - position[v, 2]
+                total -= 0.5 * data[p] * (x * x + y * y + z * z)
     return total

@@ -78,34 +78,45 @@ def add_elastic_impulses(position, start, spring_vertex, rest, stiffness, tensio
 
 @lane_kernel
 def _add_impulses(position, start, spring_vertex, rest, stiffness, tension, viscosity, scale, right_side):
-    """The springs of a share, by the batch: collected, worked on in vector lanes, and given out again."""
+    """The springs of a share, by the batch: collected, worked on in vector lanes, and given out again.
+
+    Springs are in the order of their first ends, which are therefore read and written once for all that begin there.
+    """
     room = np.empty((4, BATCH))
     x, y, z, gain = room[0], room[1], room[2], room[3]
     for first in range(0, spring_vertex.shape[0], BATCH):
         count = min(BATCH, spring_vertex.shape[0] - first)
+        i = spring_vertex[first, 0]
+        px, py, pz = position[i, 0], position[i, 1], position[i, 2]
+        qx, qy, qz = start[i, 0], start[i, 1], start[i, 2]
         for n in range(count):
-            i = spring_vertex[first + n, 0]
+            if spring_vertex[first + n, 0] != i:
+                i = spring_vertex[first + n, 0]
+                px, py, pz = position[i, 0], position[i, 1], position[i, 2]
+                qx, qy, qz = start[i, 0], start[i, 1], start[i, 2]
             j = spring_vertex[first + n, 1]
-            dx = position[j, 0] - position[i, 0]
-            dy = position[j, 1] - position[i, 1]
-            dz = position[j, 2] - position[i, 2]
-            gain[n] = (
-                dx * (dx - start[j, 0] + start[i, 0])
-                + dy * (dy - start[j, 1] + start[i, 1])
-                + dz * (dz - start[j, 2] + start[i, 2])
-            )
+            dx, dy, dz = position[j, 0] - px, position[j, 1] - py, position[j, 2] - pz
+            gain[n] = dx * (dx - start[j, 0] + qx) + dy * (dy - start[j, 1] + qy) + dz * (dz - start[j, 2] + qz)
             x[n], y[n], z[n] = dx, dy, dz
         of_batch = slice(first, first + count)
         _pull(x, y, z, gain, rest[of_batch], stiffness[of_batch], tension[of_batch], viscosity, scale)
+        i = spring_vertex[first, 0]
+        ax = ay = az = 0.0
         for n in range(count):
-            i = spring_vertex[first + n, 0]
-            j = spring_vertex[first + n, 1]
-            right_side[i, 0] += x[n]
-            right_side[i, 1] += y[n]
-            right_side[i, 2] += z[n]
-            right_side[j, 0] -= x[n]
-            right_side[j, 1] -= y[n]
-            right_side[j, 2] -= z[n]
+            if spring_vertex[first + n, 0] != i:
+                _add(right_side, i, ax, ay, az)
+                i = spring_vertex[first + n, 0]
+                ax = ay = az = 0.0
+            ax, ay, az = ax + x[n], ay + y[n], az + z[n]
+            _add(right_side, spring_vertex[first + n, 1], -x[n], -y[n], -z[n])
+        _add(right_side, i, ax, ay, az)
+
+
+@lane_kernel
+def _add(right_side, v, x, y, z):
+    right_side[v, 0] += x
+    right_side[v, 1] += y
+    right_side[v, 2] += z
 
 
 @lane_kernel

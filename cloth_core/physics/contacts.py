@@ -17,8 +17,11 @@ from cloth_core.obstacles import Obstacle
 from cloth_core.physics.stretch_limit import HeldMasses
 from cloth_core.pose import Pose
 
-ROUND = 0.1
-"""Of the shell: obstacles that stick out less between two vertices which touch them need no look at what is between."""
+ROUND = 0.5
+"""Of the shell: where obstacles stick out less between two vertices which touch them, no look at what is between."""
+
+SWIFT = 0.5
+"""Of the radius inside an obstacle: what moves less in a substep ends on the side that it came from."""
 
 
 class Contacts(HeldMasses):
@@ -63,13 +66,18 @@ class Contacts(HeldMasses):
         lengths = np.linalg.norm(np.diff(mesh.rest_position[edges], axis=1)[:, 0], axis=1)
         self._longest_edge = float(lengths.max(initial=0.0)) * material.stretch_limit
         self._edge, self._triangle = edges.astype(np.uint32), mesh.triangles.astype(np.uint32)
-        square = self._longest_edge**2
+        length = self._longest_edge
         # The paper's masses are points (4.2.3), and in its long steps what is between them would only tear the cloth.
         between = config.integrator != "meyer2000"
         self._sharp = np.array(
-            [between and square > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
+            [between and length**2 > 8.0 * shape.roundness * ROUND * config.contact_shell for shape in solid], np.bool_
         )
+        # An arc of this angle rises above its chord by angle * length / 8; above the middles of the three chords of a
+        # spherical triangle, by a third of that.
+        angle = 8.0 * ROUND * config.contact_shell / length if length > 0.0 else 0.0
+        self._flat = np.cos(np.minimum([angle, 3.0 * angle], np.pi))
         self._thin = np.array([0.0 < shape.roundness < config.contact_shell for shape in solid], np.bool_)
+        self._swift = np.array([max(SWIFT * shape.inradius, config.contact_shell) for shape in solid], dtype=float)
         vertices = mesh.vertex_count
         self._way, self._distance, self._surface = np.zeros(vertices), np.zeros(vertices), np.zeros((vertices, 3))
         self._points, self._count = _room(2 * vertices if count else 0), 0
@@ -108,6 +116,17 @@ class Contacts(HeldMasses):
         self._bodies.origin[number] = pose.position
 
     @property
+    def bodies(self) -> Bodies:
+        """Where they are; to be read."""
+        return self._bodies
+
+    @property
+    def way(self) -> np.ndarray:
+        """(O, 3) m that each obstacle goes in this step; teleports are none."""
+        ways = [np.subtract(end.position, start.position) for start, end in self._way_of_bodies]
+        return np.array(ways, dtype=float).reshape(len(ways), 3)
+
+    @property
     def still(self) -> bool:
         """Whether no obstacle moves in this step."""
         return all(start == end for start, end in self._way_of_bodies)
@@ -138,8 +157,8 @@ class Contacts(HeldMasses):
         while True:
             self._count = approach.find_points(
                 start, predicted, self._edge, self._triangle, self._longest_edge, self._free, self._inverse_mass,
-                self._bodies, self._sharp, self._thin, self._config.contact_shell, self._config.max_push_speed * h,
-                self._points, self._way, self._distance, self._surface,
+                self._bodies, self._sharp, self._thin, self._swift, self._flat, self._config.contact_shell,
+                self._config.max_push_speed * h, self._points, self._way, self._distance, self._surface,
             )  # fmt: skip
             if self._count <= len(self._points.body):
                 return
@@ -150,7 +169,6 @@ class Contacts(HeldMasses):
         """Points that were pushed in this substep."""
         return int(np.count_nonzero(self._points.pushed[: self._count]))
 
-    @property
     def touched(self) -> np.ndarray:
         """Vertices that were pushed in this substep."""
         pushed = np.flatnonzero(self._points.pushed[: self._count])

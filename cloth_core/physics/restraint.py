@@ -10,7 +10,7 @@ obstacle it does not move.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -20,9 +20,9 @@ from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.physics.self_contacts import SelfContacts
 
-MARGIN = 0.045
+MARGIN = 0.028
 """By which a thread may exceed its stretch limit for a moment, as a share of its rest length."""
-AIM = 0.03
+AIM = 0.015
 """What the further sweeps aim at, likewise; less than ``MARGIN``, for they never quite get there."""
 SWEEPS = 30
 """Most of them in a substep."""
@@ -59,20 +59,21 @@ class Restraint:
         end: np.ndarray,
         velocity: np.ndarray,
         h: float,
-        lying: np.ndarray,
+        touched: Callable[[], np.ndarray],
         layers: SelfContacts | None = None,
         *,
         threads: bool = True,
     ) -> np.ndarray:
         """Restrain the way from ``start`` to ``end`` (V, 3) m of ``h`` s; ``end`` and ``velocity`` in place.
 
-        ``lying`` are the vertices that touch an obstacle; what ``layers`` find passing through one another is welded as
-        well. Without ``threads`` these may get as long as they like. Returns the vertices that go another way now.
+        ``touched`` gives the vertices that touch an obstacle; what ``layers`` find passing through one another is
+        welded as well. Without ``threads`` these may get as long as they like. Returns the vertices that go another
+        way now.
         """
         overlong = threads and self._overlong(end)
         if not overlong and (layers is None or layers.are_apart):
             return np.zeros(0, np.int64)
-        before = end.copy()
+        before, lying = end.copy(), touched()
         if overlong:
             self._sweep(end, np.concatenate([self._pinned, lying, *self._hands]))
             if layers is not None:

@@ -181,8 +181,9 @@ def test_found_vertices_are_all_that_may_touch(seed):
     scratch = np.zeros(40), np.zeros(40), np.zeros((40, 3))
     no_edge, no_triangle, blunt = np.zeros((0, 2), np.uint32), np.zeros((0, 3), np.uint32), np.zeros(5, np.bool_)
     count = approach.find_points(
-        x, predicted, no_edge, no_triangle, 0.1, free, 1.0 * free, found, blunt, blunt, shell, recover, room, *scratch
-    )
+        x, predicted, no_edge, no_triangle, 0.1, free, 1.0 * free, found, blunt, blunt, np.full(5, shell),
+        np.zeros(2), shell, recover, room, *scratch,
+    )  # fmt: skip
     expected = {}
     for v in np.flatnonzero(free):
         way = np.linalg.norm(predicted[v] - x[v])
@@ -206,11 +207,11 @@ def test_what_there_is_no_room_for_is_counted():
         scratch = np.zeros(40), np.zeros(40), np.zeros((40, 3))
         nothing = np.zeros((0, 2), np.uint32), np.zeros((0, 3), np.uint32)
         blunt, free = np.zeros(5, np.bool_), np.ones(40, np.bool_)
-        counts.append(
-            approach.find_points(
-                x, x, *nothing, 0.1, free, np.ones(40), found, blunt, blunt, 0.05, 0.0, points, *scratch
-            )
-        )
+        count = approach.find_points(
+            x, x, *nothing, 0.1, free, np.ones(40), found, blunt, blunt, np.full(5, 0.05), np.zeros(2), 0.05,
+            0.0, points, *scratch,
+        )  # fmt: skip
+        counts.append(count)
     assert counts[0] == counts[1] > 3
 
 

@@ -26,7 +26,7 @@ def restrained(mesh, way, hands=(), pinned=NOBODY, lying=NOBODY, strongest=100.0
     restraint.hold(hands, pinned)
     start = mesh.rest_position if start is None else start
     end, velocity = start + way, way / H
-    changed = restraint.apply(start, end, velocity, H, lying)
+    changed = restraint.apply(start, end, velocity, H, lambda: lying)
     np.testing.assert_allclose(velocity, (end - start) / H, atol=1e-9)
     assert set(np.flatnonzero((end != start + way).any(axis=1))) <= set(changed)
     return end

@@ -28,7 +28,9 @@ def test_its_hands_take_64_vertices_and_give_them_back(grab, count):
     solver, state = grab.swinging(24)
     times, number = grab.compare(solver, state, count, 3)
     assert number == grab.GRABBED
-    assert all(len(series) == 3 and min(series) > 0.0 for series in vars(times).values())
+    counts = {name: len(series) for name, series in vars(times).items()}
+    assert counts == {"free": 3, "grab": 3, "release": 3, "held": 3 * grab.HOLD, "beside": 3 * grab.HOLD}
+    assert min(min(series) for series in vars(times).values()) > 0.0
     solver.step(state, grab.hands(state, count, 0.0))
     assert solver.report.held == len(solver.pinned)
 
