@@ -71,6 +71,9 @@ class SolverConfig(Settings):
         high=1000.0,
         help="an obstacle that moves faster is teleported: it drags nothing along",
     )
+    self_collision: bool = setting(
+        "bool", False, help="whether the cloth, and the pieces of it, collide with each other"
+    )
     max_wind_speed: float = setting("float", 40.0, unit="m/s", low=0.0, high=200.0, help="wind above this is capped")
     air_density: float = setting(
         "float", 1.2, unit="kg/m^3", low=0.0, high=2000.0, help="density of the medium around the cloth"

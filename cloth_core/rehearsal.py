@@ -24,6 +24,7 @@ from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Box, Capsule, Ellipsoid, Obstacle, Plane, Sphere
 from cloth_core.pose import Pose
 from cloth_core.report import StepReport
+from cloth_core.state import State
 
 SIDE = {False: 6, True: 20}
 """Vertices along an edge, by whether panels shall be large enough for single precision."""
@@ -48,14 +49,20 @@ PATIENCE = {"one": 0.0, "other": 10.0}
 
 @dataclass(frozen=True)
 class Act:
-    """One step: how far the hands are ``away`` to either side, m, whether ``closed``, whether the cloth is ``torn``."""
+    """One step: how far the hands are ``away`` to either side, m, whether ``closed``, what happens to the cloth.
+
+    It may be ``torn`` to twice its size, or laid together, ``crossed`` or not, and ``thrown`` upon itself, m/s.
+    """
 
     away: float
     closed: bool
     torn: bool = False
+    thrown: float = 0.0
+    crossed: bool = False
 
 
 ACTS = (Act(0.0, False), Act(0.0, True), Act(5.0, True), Act(5.0, True, torn=True), Act(5.0, False))
+LAYERED = (*ACTS, Act(0.0, False, thrown=2.0), Act(0.0, False, thrown=400.0), Act(0.0, False, thrown=1.0, crossed=True))
 
 
 @dataclass(frozen=True)
@@ -67,21 +74,23 @@ class Kind:
         cloth: ``grid`` (springs of a flat sheet), ``sheet`` (triangles) or ``net`` (springs of anything else).
         single: whether W is kept in single precision.
         fields: whether obstacles are distance fields.
+        layered: whether the cloth collides with itself.
     """
 
     integrator: str
     cloth: str
     single: bool
     fields: bool = False
+    layered: bool = False
 
 
 def kinds(
-    mesh: ClothMesh, material: Material, integrator: str, precisions: frozenset[np.dtype], fields: bool
+    mesh: ClothMesh, material: Material, config: SolverConfig, precisions: frozenset[np.dtype], fields: bool
 ) -> Iterator[Kind]:
     """What a solver has to rehearse: one kind for each of the ``precisions`` that its operators are kept in."""
     cloth = "sheet" if mesh.is_membrane(material) else "grid" if len(mesh.triangle_slope) else "net"
     for single in sorted(precision == np.float32 for precision in precisions):
-        yield Kind(integrator, cloth, single, fields)
+        yield Kind(config.integrator, cloth, single, fields, config.self_collision)
 
 
 @functools.cache
@@ -95,15 +104,19 @@ def rehearse(kind: Kind, build: Callable[..., Any]) -> tuple[StepReport, ...]:
         What each step reported.
     """
     mesh = _miniature(kind)
-    config = SolverConfig(integrator=kind.integrator, dt=0.005, iterations=2, dense_limit=5000)
+    config = SolverConfig(
+        integrator=kind.integrator, dt=0.005, iterations=2, dense_limit=5000, self_collision=kind.layered
+    )
     around = {**OBSTACLES, "field": FIELD_OBSTACLE} if kind.fields else OBSTACLES
     solver = build(mesh, Material(friction=0.4), config, obstacles=around)
     solver.pin([0, 1])  # neighbours: the thread between them is what nothing but a weld can keep from tearing
     state, reports = solver.initial_state(), []
     ends = mesh.rest_position[-1], mesh.rest_position[SIDE[kind.single] - 1]
-    for number, act in enumerate(ACTS):
+    for number, act in enumerate(LAYERED if kind.layered else ACTS):
         if act.torn:
             state = replace(state, position=2.0 * state.position)
+        if act.thrown:
+            state = _thrown(solver.initial_state(), act)
         state = solver.step(state, _inputs(act, ends, around, 1e-3 * number))
         reports.append(solver.report)
     return tuple(reports)
@@ -123,6 +136,17 @@ def _inputs(act: Act, ends: tuple[np.ndarray, ...], around: Mapping[str, Obstacl
     obstacles = {name: shape.pose.shifted(np.array([shift, 0.0, 0.0])) for name, shape in around.items()}
     fluids = {"water": Fluid(shape=Box(extents=(0.02, 0.02, 0.02), center=(-0.03, 0.0, 0.0)))}
     return Inputs(grasps=grasps, wind=wind, fluids=fluids, obstacles=obstacles)
+
+
+def _thrown(state: State, act: Act) -> State:
+    """A cloth laid together whose upper half flies down, or has one end in the other half already."""
+    place, velocity = state.position.copy(), state.velocity.copy()
+    upper = place[:, 0] > 0.0
+    place[upper] += (0.0, 0.3 * SPACING, 0.1 * SPACING)
+    place[upper, 0] *= -1.0
+    place[upper, 2] += act.crossed * 0.5 * place[upper, 1]
+    velocity[upper, 2] = -act.thrown
+    return replace(state, position=place, velocity=velocity)
 
 
 def _miniature(kind: Kind) -> ClothMesh:

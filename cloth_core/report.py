@@ -58,6 +58,8 @@ class StepReport:
             as if they had turned against each other as far as they can: it may be sqrt(1 + |sin 2a|) as long, at an
             angle a to the warp, on threads that are not stretched at all. 1 where no spring has a limit.
         contacts: pairs of vertex and obstacle in touch at the end.
+        self_contacts: pairs of vertex and triangle, or of edges, of the cloth in touch in one of the substeps, at most.
+        crossings: places where the cloth crossed itself at the beginning, twice for an edge of two triangles.
         held: vertices pinned or grasped.
         out_of_time: the caller's clock cut the passes short.
         wind_capped: the wind was faster than ``max_wind_speed``.
@@ -79,6 +81,8 @@ class StepReport:
     residual: float = 0.0
     max_stretch: float = 1.0
     contacts: int = 0
+    self_contacts: int = 0
+    crossings: int = 0
     held: int = 0
     out_of_time: bool = False
     wind_capped: bool = False

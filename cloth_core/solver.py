@@ -178,7 +178,7 @@ class ClothSolver:
         """
         before, model = self.report, self._prepared()
         fields = len(model.contacts.fields) > 0
-        for kind in kinds(self.mesh, self.material, self.config.integrator, model.precisions, fields):
+        for kind in kinds(self.mesh, self.material, self.config, model.precisions, fields):
             rehearse(kind, ClothSolver)
         self.step(state or self.initial_state(), Inputs())
         self.report = before
@@ -224,7 +224,7 @@ class ClothSolver:
         passes = Passes(self.sweeps, sweeps, out_of_time)
         fluids = regions_of(inputs.fluids, self.material)
         motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes, fluids)
-        recovered = not motion.is_sound
+        layers, recovered = model.self_contacts, not motion.is_sound
         if recovered:
             motion = motion.undone(state)
         reaction = motion.reaction
@@ -238,6 +238,8 @@ class ClothSolver:
             residual=motion.excess,
             max_stretch=self._largest_stretch(motion.position),
             contacts=model.contacts.touching,
+            self_contacts=0 if layers is None else layers.touching,
+            crossings=0 if layers is None else layers.crossings,
             held=len(held),
             out_of_time=passes.out_of_time,
             wind_capped=capped,

@@ -119,6 +119,8 @@ class Substeps:
         model, integrator = self._model, self._integrator
         integrator.begin(state.history)
         position, velocity, excess = state.position, state.velocity, 0.0
+        if model.self_contacts is not None:
+            position = model.self_contacts.begin_step(position, velocity, self._count * model.h)
         lag, weight = state.history.get("lag", np.zeros_like(velocity)), np.array(gravity)
         self._passivity.begin(position, velocity, lag, flow, weight, alone=fluids is None)
         self._reactions.begin(position, velocity + lag, held)
@@ -143,7 +145,7 @@ class Substeps:
             done.append(sweeps)
             pull = integrator.pull(position, held) if len(held) else None
             self._reactions.add(integrator.air_force if model.drag > 0.0 or fluids else None, pull)
-            if integrator.restrained:
+            if integrator.restrained or model.self_contacts is not None:
                 restrained[self._restrain(start, position, velocity, hands)] = True
         history = integrator.end()
         after = velocity
@@ -155,7 +157,10 @@ class Substeps:
 
     def _restrain(self, start: np.ndarray, end: np.ndarray, velocity: np.ndarray, hands: Hands) -> np.ndarray:
         """Hold back what the way from ``start`` to ``end`` (V, 3) m would tear; returns the vertices stopped."""
-        stopped = self._restraint.apply(start, end, velocity, self._model.h, self._model.contacts.touched)
-        self._integrator.restart(stopped)
+        model, integrator = self._model, self._integrator
+        stopped = self._restraint.apply(
+            start, end, velocity, model.h, model.contacts.touched, model.self_contacts, threads=integrator.restrained
+        )
+        integrator.restart(stopped)
         hands.hold_back(stopped, start, end)
         return stopped

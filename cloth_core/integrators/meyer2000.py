@@ -55,6 +55,9 @@ class Meyer2000:
         self.model.add_rows(self._stiffness, held, self._change, -self.model.h, force)
         return force
 
+    def restart(self, vertex: np.ndarray) -> None:
+        """Nothing is remembered."""
+
     def advance(
         self, position: np.ndarray, velocity: np.ndarray, substep: Substep
     ) -> tuple[np.ndarray, np.ndarray, int, float]:

@@ -20,6 +20,7 @@ from cloth_core.physics.contacts import Contacts
 from cloth_core.physics.immersion import Immersion
 from cloth_core.physics.membrane import Membrane
 from cloth_core.physics.momentum import MomentumBalance
+from cloth_core.physics.self_contacts import SelfContacts
 from cloth_core.physics.springs import Springs
 from cloth_core.physics.stretch_limit import StretchLimit
 from cloth_core.physics.thread_limit import ThreadLimit
@@ -82,6 +83,7 @@ class Model:
         self.sheet = (Membrane if woven else Springs)(mesh, material)
         self.limit = (ThreadLimit if woven else StretchLimit)(mesh, material, self.mass)
         self.contacts = Contacts(obstacles, mesh, material, self.mass, config)
+        self.self_contacts = SelfContacts(mesh, material, config, self.mass) if config.self_collision else None
         self.wakes = Wakes(obstacles, self.contacts, config)
         self.immersion = Immersion(mesh, material, self.mass)
         self.drag = 0.5 * config.air_density * material.drag
@@ -114,6 +116,8 @@ class Model:
             held_filter.hold(grasped)
         self.limit.hold(held)
         self.contacts.hold(held)
+        if self.self_contacts is not None:
+            self.self_contacts.hold(held)
 
     @staticmethod
     def add_rows(matrix: csr_matrix, rows: np.ndarray, x: np.ndarray, factor: float, total: np.ndarray) -> None:
@@ -153,15 +157,22 @@ class Model:
             Sweeps done, and the worst excess over the stretch limit met in the last one (a ratio).
         """
         self.contacts.find(start, position, substep.h)
+        layers = self.self_contacts
+        if layers is not None:
+            layers.find(start, position, substep.h, substep.number)
         sweep, excess = 0, 0.0
         while sweep < substep.sweeps:
             excess = self.limit.sweep(position, sweep)
             pushed = self.contacts.push_out(position)
             self.contacts.apply_friction(start, position)
+            if layers is not None:
+                pushed = max(pushed, layers.sweep(start, position, sweep))
             sweep += 1
             enough = max(tolerated, NEGLIGIBLE_EXCESS) if sweep >= usual else NEGLIGIBLE_EXCESS
             if excess <= enough and pushed < NEGLIGIBLE_PUSH:
                 break
+        if layers is not None:
+            layers.keep_apart(start, position)
         return sweep, excess
 
     def settle(self, start: np.ndarray, velocity: np.ndarray, position: np.ndarray, substep: Substep) -> np.ndarray:
@@ -172,4 +183,6 @@ class Model:
         settled[substep.held] = (position[substep.held] - start[substep.held]) / substep.h
         rest_speed = 3.0 * substep.h * float(np.linalg.norm(substep.gravity))
         self.contacts.settle_velocity(settled, velocity, position, substep.h, rest_speed)
+        if self.self_contacts is not None:
+            self.self_contacts.settle_velocity(settled, start)
         return settled

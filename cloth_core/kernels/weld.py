@@ -45,6 +45,44 @@ def body_way(body, weight, mean, pulled, pull, fixed, strongest, way):
 
 
 @kernel
+def join(i, j, parent, weight, mean, pulled, pull, fixed):
+    """Make the bodies of the roots ``i`` and ``j`` one, with the root ``i``."""
+    if i == j:
+        return
+    weigh = weight[j] / max(weight[i] + weight[j], TINY)
+    hands = pulled[j] / max(pulled[i] + pulled[j], 1.0)
+    for a in range(3):
+        mean[i, a] += weigh * (mean[j, a] - mean[i, a])
+        pull[i, a] += hands * (pull[j, a] - pull[i, a])
+    parent[j] = i
+    weight[i] += weight[j]
+    pulled[i] += pulled[j]
+    fixed[i] = fixed[i] or fixed[j]
+
+
+@kernel
+def carry_along(start, end, parent, welded, way):
+    """Take the vertices of ``welded`` bodies their ``way`` (V, 3) m from the ``start``, into ``end`` (V, 3) m."""
+    for v in range(parent.shape[0]):
+        root = root_of(parent, v)
+        if welded[root]:
+            for a in range(3):
+                end[v, a] = start[v, a] + way[root, a]
+
+
+@kernel
+def weld_rows(start, end, vertex, strongest, parent, weight, mean, pulled, pull, fixed, welded, way):
+    """Weld the four vertices of each row of ``vertex`` (N, 4); all else as for :func:`weld_overlong`."""
+    for n in range(vertex.shape[0]):
+        i = root_of(parent, np.int64(vertex[n, 0]))
+        for k in range(1, 4):
+            join(i, root_of(parent, np.int64(vertex[n, k])), parent, weight, mean, pulled, pull, fixed)
+        welded[i] = True
+        body_way(i, weight, mean, pulled, pull, fixed, strongest, way)
+    carry_along(start, end, parent, welded, way)
+
+
+@kernel
 def weld_overlong(
     start, end, spring_vertex, longest, strongest, parent, weight, mean, pulled, pull, fixed, welded, way
 ):
@@ -54,7 +92,6 @@ def weld_overlong(
     would go, ``pulled`` (V,) hands that ``pull`` them (V, 3) m, and are ``fixed`` (V,) or not. Once ``welded`` (V,)
     they go the same ``way`` (V, 3) m altogether, see :func:`body_way`, which strains no spring within. All are changed.
     """
-    count = parent.shape[0]
     again = True
     while again:
         again = False
@@ -74,20 +111,7 @@ def weld_overlong(
             if i == j and welded[i]:
                 continue
             again = True
-            if i != j:
-                weigh = weight[j] / max(weight[i] + weight[j], TINY)
-                hands = pulled[j] / max(pulled[i] + pulled[j], 1.0)
-                for a in range(3):
-                    mean[i, a] += weigh * (mean[j, a] - mean[i, a])
-                    pull[i, a] += hands * (pull[j, a] - pull[i, a])
-                parent[j] = i
-                weight[i] += weight[j]
-                pulled[i] += pulled[j]
-                fixed[i] = fixed[i] or fixed[j]
+            join(i, j, parent, weight, mean, pulled, pull, fixed)
             welded[i] = True
             body_way(i, weight, mean, pulled, pull, fixed, strongest, way)
-        for v in range(count):
-            root = root_of(parent, v)
-            if welded[root]:
-                for a in range(3):
-                    end[v, a] = start[v, a] + way[root, a]
+        carry_along(start, end, parent, welded, way)

@@ -15,9 +15,10 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from cloth_core.kernels import springs
-from cloth_core.kernels.weld import weld_overlong
+from cloth_core.kernels.weld import weld_overlong, weld_rows
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
+from cloth_core.physics.self_contacts import SelfContacts
 
 MARGIN = 0.028
 """By which a thread may exceed its stretch limit for a moment, as a share of its rest length."""
@@ -25,6 +26,8 @@ AIM = 0.015
 """What the further sweeps aim at, likewise; less than ``MARGIN``, for they never quite get there."""
 SWEEPS = 30
 """Most of them in a substep."""
+WELDS = 50
+"""Rounds in a substep of welding what would be torn, and then what would pass through: bodies only grow."""
 LYING = 1e6
 """Weight of a vertex that touches an obstacle, as a multiple of its own."""
 
@@ -51,18 +54,33 @@ class Restraint:
         self._hands, self._pinned = [vertex for vertex in hands if len(vertex)], pinned
 
     def apply(
-        self, start: np.ndarray, end: np.ndarray, velocity: np.ndarray, h: float, touched: Callable[[], np.ndarray]
+        self,
+        start: np.ndarray,
+        end: np.ndarray,
+        velocity: np.ndarray,
+        h: float,
+        touched: Callable[[], np.ndarray],
+        layers: SelfContacts | None = None,
+        *,
+        threads: bool = True,
     ) -> np.ndarray:
         """Restrain the way from ``start`` to ``end`` (V, 3) m of ``h`` s; ``end`` and ``velocity`` in place.
 
-        ``touched`` gives the vertices that touch an obstacle. Returns those that go another way now.
+        ``touched`` gives the vertices that touch an obstacle; what ``layers`` find passing through one another is
+        welded as well. Without ``threads`` these may get as long as they like. Returns the vertices that go another
+        way now.
         """
-        if not self._overlong(end):
+        overlong = threads and self._overlong(end)
+        if not overlong and (layers is None or layers.are_apart):
             return np.zeros(0, np.int64)
         before, lying = end.copy(), touched()
-        self._sweep(end, np.concatenate([self._pinned, lying, *self._hands]))
-        if self._overlong(end):
-            self._weld(start, end, h, lying)
+        if overlong:
+            self._sweep(end, np.concatenate([self._pinned, lying, *self._hands]))
+            if layers is not None:
+                layers.keep_apart(start, end)
+            overlong = self._overlong(end)
+        if overlong or not (layers is None or layers.are_apart):
+            self._weld(start, end, h, lying, layers, threads=threads)
         vertex = np.flatnonzero((end != before).any(axis=1))
         velocity[vertex] = (end[vertex] - start[vertex]) / h
         return vertex
@@ -79,7 +97,16 @@ class Restraint:
             if worst < 0.5 * (MARGIN - AIM):
                 break
 
-    def _weld(self, start: np.ndarray, end: np.ndarray, h: float, lying: np.ndarray) -> None:
+    def _weld(
+        self,
+        start: np.ndarray,
+        end: np.ndarray,
+        h: float,
+        lying: np.ndarray,
+        layers: SelfContacts | None,
+        *,
+        threads: bool,
+    ) -> None:
         mass = self._mass.copy()
         mass[lying] *= LYING
         way, parent, pulled = end - start, np.arange(len(mass)), np.zeros(len(mass))
@@ -87,7 +114,15 @@ class Restraint:
             parent[vertex], mass[vertex], pulled[vertex[0]] = vertex[0], 0.0, 1.0
         fixed, welded = np.zeros(len(mass), np.bool_), np.zeros(len(mass), np.bool_)
         fixed[self._pinned] = True
-        weld_overlong(
-            start, end, self._vertex[self._limited], self._longest[self._limited], self._strongest * h * h,
-            parent, mass, way.copy(), pulled, way.copy(), fixed, welded, way,
-        )  # fmt: skip
+        strongest = self._strongest * h * h
+        bodies = (strongest, parent, mass, way.copy(), pulled, way.copy(), fixed, welded, way)
+        limited, longest = self._vertex[self._limited], self._longest[self._limited]
+        for _ in range(WELDS):
+            if threads:
+                weld_overlong(start, end, limited, longest, *bodies)
+            if layers is None:
+                break
+            passing = layers.passing(start, end)
+            weld_rows(start, end, passing, *bodies)
+            if len(passing) == 0:
+                break
