@@ -18,7 +18,7 @@ import numpy as np
 
 from cloth_core.integrators.model import Model
 from cloth_core.kernels import reaction as kernels
-from cloth_core.kernels.leverage import SIZE
+from cloth_core.kernels.impulses import SIZE
 
 
 class Reactions:

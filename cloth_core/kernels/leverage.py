@@ -1,6 +1,6 @@
 """Forces and moments that are known as a whole, and how those who bear them share what is missing of it.
 
-Of the press upon obstacles (O, C, 19) :func:`~cloth_core.kernels.contact.add_impulses` says what is where.
+Of the press upon obstacles (O, C, 19) :func:`~cloth_core.kernels.impulses.add_impulses` says what is where.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from cloth_core.kernels import inlined_kernel, kernel
+from cloth_core.kernels.impulses import FIRST, SECOND, SIZE
 
 EVEN = 0.01
 """Of the mean pull, the least share of a held vertex in what is missing: what was not pulled yet may be pulled now."""
@@ -17,8 +18,6 @@ FLAT = 1e-8
 """Of the largest moment of inertia of what holds, below which it bears no moment: about a point, or a line."""
 ROUNDING = 1e-13
 """Of the second moments that moments of inertia are differences of: what is less may be no more than rounding."""
-SIZE, FIRST, SECOND = 6, 7, 10
-"""Where the sum of all forces, and its moments of first and second order, stand in what obstacles press with."""
 TINY = 1e-300
 
 
