@@ -324,6 +324,54 @@ def impact(velocity, before, surface_speed, normal, restitution, rest_speed):
     return velocity + (surface_speed + bounce - velocity @ normal) * normal
 
 
+# ---------------------------------------------------------------- reactions
+
+
+def pressed(place, force):
+    """(19,) what forces (P, 3) at (P, 3) press with: force, moment, size, and moments of size of both orders."""
+    size = np.linalg.norm(force, axis=1)
+    second = np.einsum("p,pa,pb->ab", size, place, place)
+    return np.concatenate(
+        [force.sum(axis=0), np.cross(place, force).sum(axis=0), [size.sum()], size @ place, second.ravel()]
+    )
+
+
+def made_up(whole, arm, force, lever, press, even=0.01, flat=1e-8):
+    """What forces (K, 3) and the wrenches (O, 6) of the press (O, 19) become when they make up the whole (6,)."""
+    size = np.linalg.norm(force, axis=1)
+    share = size + even * size.mean() if size.any() else np.ones(len(force))
+    weight, first, second = press[:, 6], press[:, 7:10], press[:, 10:].reshape(-1, 3, 3)
+    total, center, inertia = spread(share, arm, weight, first, second, lever)
+    lacking = whole - press[:, :6].sum(axis=0)
+    lacking[:3] -= force.sum(axis=0)
+    lacking[3:] -= np.cross(lever, press[:, :3]).sum(axis=0) + np.cross(arm, force).sum(axis=0)
+    if len(force) == 0:
+        lacking *= min(1.0, total / np.linalg.norm(lacking[:3]))
+    turning = lacking[3:] - np.cross(center, lacking[:3])
+    spin = np.linalg.pinv(inertia, rcond=flat, hermitian=True) @ turning
+    base = lacking[:3] / total - np.cross(spin, center)
+    here = base + np.cross(spin, lever)
+    more = press[:, :6].copy()
+    more[:, :3] += weight[:, None] * here + np.cross(spin, first)
+    more[:, 3:] += np.cross(first, here) + inertia_of(second) @ spin
+    return force + share[:, None] * (base + np.cross(spin, arm)), more
+
+
+def spread(share, arm, weight, first, second, lever):
+    """All shares together, their centre, and their moment of inertia about it."""
+    total = share.sum() + weight.sum()
+    center = (share @ arm + (first + weight[:, None] * lever).sum(axis=0)) / total
+    mixed = np.einsum("oa,ob->oab", first, lever)
+    square = np.einsum("k,ka,kb->ab", share, arm, arm) + np.einsum("o,oa,ob->ab", weight, lever, lever)
+    square += (second + mixed + mixed.transpose(0, 2, 1)).sum(axis=0)
+    return total, center, inertia_of(square - total * np.outer(center, center))
+
+
+def inertia_of(square):
+    """The moments of inertia (..., 3, 3) of what has these second moments."""
+    return np.trace(square, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - square
+
+
 # ---------------------------------------------------------------- the step of Fig. 4
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from cloth_core.config import SolverConfig
-from cloth_core.kernels import approach
+from cloth_core.kernels import approach, impulses
 from cloth_core.kernels import contact as kernels
 from cloth_core.kernels.bodies import Bodies
 from cloth_core.kernels.contact import Points
@@ -94,7 +94,7 @@ class Contacts(HeldMasses):
         self.pressed = np.zeros((vertices, 3))
         """N s, what obstacles did to each vertex since :meth:`begin_step`."""
         self.press = np.zeros((count, mesh.component.max() + 1, 19))
-        """What the cloth did to the obstacles since then, see :func:`~cloth_core.kernels.contact.add_impulses`."""
+        """What the cloth did to the obstacles since then, see :func:`~cloth_core.kernels.impulses.add_impulses`."""
 
     def hold(self, held: np.ndarray) -> None:
         """From now on these vertices go where they are taken, whatever is there."""
@@ -249,13 +249,9 @@ class Contacts(HeldMasses):
         With that the substep has done to them all it does, and their impulses are added up.
         """
         if self._count:
-            kernels.contact_velocity(
+            impulses.settle(
                 velocity, before, position, h, self._bodies, self._points, self._count, self._inverse_mass,
-                self._restitution, rest_speed,
-            )  # fmt: skip
-            kernels.add_impulses(
-                position, h, self._bodies, self._points, self._count, self._inverse_mass, self._component,
-                self.pressed, self.press,
+                self._restitution, rest_speed, self._component, self.pressed, self.press,
             )  # fmt: skip
 
 

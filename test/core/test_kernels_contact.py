@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from cloth_core.kernels import approach, bodies, contact, nearest, shapes
+from cloth_core.kernels import approach, bodies, contact, impulses, nearest, shapes
 
 SEEDS = st.integers(0, 10**6)
 SHAPES = range(5)
@@ -365,7 +365,7 @@ def test_impulses_of_contacts_are_what_they_gave_to_the_vertices(seed):
     contact.apply_friction(start, pushed, found, points, 9, yielding)
     contact.contact_velocity(settled, velocity, pushed, h, found, points, 9, yielding, 0.5, 0.1)
     component, pressed, press = np.arange(12) % 2, np.zeros((12, 3)), np.zeros((2, 2, 19))
-    contact.add_impulses(pushed, h, found, points, 9, yielding, component, pressed, press)
+    impulses.add_impulses(pushed, h, found, points, 9, yielding, component, pressed, press)
     given_to = ((pushed - x) / h + settled - velocity) / yielding[:, None]
     np.testing.assert_allclose(pressed, given_to, atol=1e-8)
     np.testing.assert_allclose(press[:, :, :3].sum(axis=(0, 1)), -pressed.sum(axis=0), atol=1e-8)
@@ -376,14 +376,31 @@ def test_impulses_of_contacts_are_what_they_gave_to_the_vertices(seed):
             force = -points.shift[of] / (
                 h * np.where(points.corners == 1, yielding[points.corner[:, 0]], points.yields)[of, None]
             )
-            size = np.linalg.norm(force, axis=1)
-            expected = np.concatenate(
-                [
-                    force.sum(axis=0),
-                    np.cross(arm, force).sum(axis=0),
-                    [size.sum()],
-                    size @ arm,
-                    np.einsum("p,pa,pb->ab", size, arm, arm).ravel(),
-                ]
-            )
-            np.testing.assert_allclose(press[o, part], expected, atol=1e-7)
+            np.testing.assert_allclose(press[o, part], twins.pressed(arm, force), atol=1e-7)
+
+
+@given(SEEDS, st.integers(1, 5 * impulses.BLOCK), st.sampled_from([1, 2]))
+def test_impulses_of_many_points_are_all_added_up(seed, count, parts):
+    random = np.random.default_rng(seed)
+    kind, size = np.full(3, shapes.SPHERE), np.full((3, 3), 0.1)
+    rotation, origin = Rotation.random(3, rng=random).as_matrix(), random.normal(size=(3, 3))
+    found = placed(random, kind, size, np.full(3, 0.1), rotation, origin)
+    position, yielding, h = random.normal(size=(40, 3)), random.uniform(0.5, 2.0, 40), 0.01
+    body = np.sort(random.integers(0, 3, count)).astype(np.int32)
+    points = points_on(random, 40, count, body, yielding)
+    points.pushed[:] = random.random(count) < 0.9
+    points.shift[:] = random.normal(size=(count, 3))
+    component, pressed, press = np.arange(40) % parts, np.zeros((40, 3)), np.zeros((3, 2, 19))
+    impulses.add_impulses(position, h, found, points, count, yielding, component, pressed, press)
+    inert = np.where(points.corners == 1, yielding[points.corner[:, 0]], points.yields)
+    force, place = points.shift / (h * inert[:, None]), whereabouts(position, points)
+    expected = np.zeros((40, 3))
+    for p in np.flatnonzero(points.pushed):
+        share = [1.0] if points.corners[p] == 1 else points.weight[p, : points.corners[p]]
+        np.add.at(expected, points.corner[p, : points.corners[p]], np.outer(share, force[p]))
+    np.testing.assert_allclose(pressed, expected, rtol=1e-9, atol=1e-9 * np.abs(force).max(initial=1.0))
+    for o in range(3):
+        for part in range(2):
+            its = (body == o) & (points.pushed > 0) & (component[points.corner[:, 0]] == part)
+            sums = twins.pressed(place[its] - origin[o], -force[its])
+            np.testing.assert_allclose(press[o, part], sums, rtol=1e-9, atol=1e-9 * max(1.0, sums[6]))

@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+import twins
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from cloth_core import ClothMesh, ClothSolver, Grasp, Inputs, Material, Pose, SolverConfig, Wind
+from cloth_core.kernels import leverage
 from cloth_core.kernels import reaction as kernels
 from cloth_core.obstacles import Box, Capsule, Plane, Sphere
 from cloth_core.report import Wrench
@@ -277,19 +279,65 @@ def test_far_from_the_origin_hands_feel_the_same():
     np.testing.assert_allclose(felt[0], felt[1], atol=1e-3 * weight_of(solver))
 
 
-@given(st.integers(0, 10**6))
+SEEDS = st.integers(0, 10**6)
+
+
+@given(SEEDS)
 def test_what_is_left_over_is_what_newton_says(seed):
     random = np.random.default_rng(seed)
-    mass, free, time, damped = random.uniform(0.1, 2.0, 7), random.random(7) < 0.5, 0.02, 0.3
-    gravity = random.normal(size=3)
+    mass, held, time, damped = random.uniform(0.1, 2.0, 7), np.flatnonzero(random.random(7) < 0.5), 0.02, 0.3
+    gravity, component, about = random.normal(size=3), random.integers(0, 2, 7), random.normal(size=(2, 3))
     outer, start, end, before, after = random.normal(size=(5, 7, 3))
-    rest = np.empty((7, 3))
-    kernels.left_over(mass, gravity, outer, start, end, before, after, damped, free, time, rest)
+    before_it, free = random.normal(size=(len(held), 3)), np.isin(range(7), held, invert=True)
+    force, whole = before_it.copy(), np.zeros((2, 6))
+    kernels.left_over(
+        mass, gravity, outer, start, end, before, after, damped, time, component, about, held, force, whole
+    )
     momentum = mass[:, None] * (after - before + damped * free[:, None] * (end - start))
-    np.testing.assert_allclose(rest * time, mass[:, None] * gravity * time + outer - momentum, atol=1e-12)
-    component, about, wrench = random.integers(0, 2, 7), random.normal(size=(2, 3)), np.zeros((2, 6))
-    kernels.add_wrenches(component, start, about, rest, wrench)
+    rest = mass[:, None] * gravity + outer - momentum / time
+    np.testing.assert_allclose(force - before_it, rest[held], atol=1e-9)
     for part in range(2):
         its = component == part
-        expected = [rest[its].sum(axis=0), np.cross(start[its] - about[part], rest[its]).sum(axis=0)]
-        np.testing.assert_allclose(wrench[part], np.concatenate(expected), atol=1e-9)
+        moments = np.cross(0.5 * (start + end)[its] - about[part], rest[its])
+        expected = [rest[its].sum(axis=0), moments.sum(axis=0)]
+        np.testing.assert_allclose(whole[part], np.concatenate(expected), atol=1e-9)
+
+
+@given(SEEDS, st.integers(0, 5), st.integers(0, 3), st.booleans())
+def test_what_is_missing_is_shared_in_proportion_and_by_leverage(seed, points, obstacles, slack):
+    """As the slow twin shares it, and so that forces and moments balance, whatever part of the cloth it is."""
+    assume(points > 1 or obstacles)
+    random = np.random.default_rng(seed)
+    part, whole = random.permutation([0, 0] + [1] * points), random.normal(size=(2, 6))
+    arm, lever = random.normal(size=(points + 2, 3)), random.normal(size=(obstacles, 3))
+    force = random.normal(size=(points + 2, 3)) * (0.0 if slack else 1.0)
+    its, other = part == 1, part == 0
+    press = np.array([[twins.pressed(*random.normal(size=(2, 4, 3))) for _ in range(2)] for _ in range(obstacles)])
+    press = press.reshape(obstacles, 2, 19)
+    felt, pressing = force.copy(), press.copy()
+    leverage.make_up(1, whole, part, arm, lever, felt, pressing)
+    np.testing.assert_array_equal(felt[other], force[other])
+    np.testing.assert_array_equal(pressing[:, 0], press[:, 0])
+    np.testing.assert_array_equal(pressing[:, 1, 6:], press[:, 1, 6:])
+    expected = twins.made_up(whole[1], arm[its], force[its], lever, press[:, 1])
+    np.testing.assert_allclose(felt[its], expected[0], rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(pressing[:, 1, :6], expected[1], rtol=1e-6, atol=1e-6)
+    if points > 2 or (points and obstacles):
+        moments = np.cross(arm[its], felt[its]).sum(axis=0) + np.cross(lever, pressing[:, 1, :3]).sum(axis=0)
+        made_up = np.add([felt[its].sum(axis=0), moments], pressing[:, 1, :6].sum(axis=0).reshape(2, 3))
+        np.testing.assert_allclose(made_up, whole[1].reshape(2, 3), atol=1e-6)
+
+
+@given(SEEDS)
+def test_one_point_bears_a_force_and_no_moment(seed):
+    """Wherever it is: what differences of rounded numbers seem to resist a turn, do not."""
+    random = np.random.default_rng(seed)
+    arm, whole, force = *random.normal(size=(2, 1, 6)), random.normal(size=(1, 3))
+    leverage.make_up(0, whole, np.zeros(1, np.int64), 10.0 * arm[:, :3], np.zeros((0, 3)), force, np.zeros((0, 1, 19)))
+    np.testing.assert_allclose(force[0], whole[0, :3], atol=1e-12)
+
+
+def test_of_what_is_not_finite_nothing_is_raised():
+    arm, force = np.eye(3), np.array([[np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [0.0, 0.0, 1.0]])
+    leverage.make_up(0, np.ones((1, 6)), np.zeros(3, np.int64), arm, np.zeros((0, 3)), force, np.zeros((0, 1, 19)))
+    assert not np.isfinite(force).any()
