@@ -37,7 +37,7 @@ run: $(VENV)/with-ros ## start the cloth node and a scripted operator; Ctrl-C en
 	@exec $(BIN)/cloth_run --scene '$(SCENE)' $(if $(DURATION),--duration '$(DURATION)')
 
 test: lint ## check style and imports, run the tests
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 gallery: $(VENV)/with-render ## draw every scene into docs/images
 	$(BIN)/cloth_render --all --output docs/images

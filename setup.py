@@ -37,6 +37,7 @@ EXTRAS = {
     "bench": ["matplotlib>=3.7"],  # draws the benchmarks
     "test": [
         "pytest>=7.4",  # runs the tests
+        "pytest-xdist>=3.5",  # in two processes at once
         "hypothesis>=6.80",  # invents the inputs of property tests
         "rosbags>=0.10",  # a foreign reader for our sessions
         "import-linter>=2.15",  # keeps ROS out of the solver

@@ -24,9 +24,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from small_scene import SMALL_SCENE
 
-PATIENCE = 30.0
+PATIENCE = 60.0
 """s after which something that has not happened never will; a discovery may take 3 s, a busy machine longer."""
-COMPILED = 180.0
+COMPILED = 300.0
 """s for a start that compiles all kernels first: once after each change of one of them."""
 
 
