@@ -144,7 +144,7 @@ def test_the_least_width_of_a_box_is_that_of_its_picture(turn, half, climb, head
 
 
 @given(st.integers(0, 10**6))
-@settings(max_examples=30)
+@settings(max_examples=6)
 def test_shelter_is_that_of_rays_walked_in_small_steps(seed):
     random = np.random.default_rng(seed)
     quaternion = random.normal(size=4)
