@@ -79,6 +79,15 @@ def add(vectors, p, x, y, z):
 
 
 @inlined_kernel
+def push(position, corners, corner, weight, yields, p, inverse_mass, way, nx, ny, nz, normal, pushed, shift):
+    """Push point ``p`` by ``way`` m along a unit normal, and write down that it was."""
+    normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
+    move(position, corners, corner, weight, yields, p, inverse_mass, way * nx, way * ny, way * nz)
+    pushed[p] += way
+    add(shift, p, way * nx, way * ny, way * nz)
+
+
+@inlined_kernel
 def is_at(left, p, x, y, z):
     """Whether point ``p`` is still where it was ``left``: a sweep moves few of those that touch."""
     return x == left[p, 0] and y == left[p, 1] and z == left[p, 2]
@@ -120,10 +129,7 @@ def push_out(position, bodies: Bodies, points: Points, count, inverse_mass, shel
         distance, nx, ny, nz = gap(kind[o], size[o], rotation[o], origin[o], plane[p], x, y, z)
         way = shell - depth[p] - distance
         if way > LEAST_PUSH:
-            normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
-            move(position, corners, corner, weight, yields, p, inverse_mass, way * nx, way * ny, way * nz)
-            pushed[p] += way
-            add(shift, p, way * nx, way * ny, way * nz)
+            push(position, corners, corner, weight, yields, p, inverse_mass, way, nx, ny, nz, normal, pushed, shift)
             most = max(most, way)
     return most
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cloth_core.kernels import kernel
 from cloth_core.kernels.bodies import Bodies, into_frame, out_of_frame
-from cloth_core.kernels.contact import LEAST_PUSH, Points, add, is_at, move, where
+from cloth_core.kernels.contact import LEAST_PUSH, Points, is_at, push, where
 from cloth_core.kernels.fields import field_distance
 
 SEEN = 0.02
@@ -48,9 +48,6 @@ def push_out_of_fields(
         distance = seen[p, 3] + nx * dx + ny * dy + nz * dz
         way = shell - depth[p] - distance
         if way > LEAST_PUSH:
-            normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
-            move(position, corners, corner, weight, yields, p, inverse_mass, way * nx, way * ny, way * nz)
-            pushed[p] += way
-            add(shift, p, way * nx, way * ny, way * nz)
+            push(position, corners, corner, weight, yields, p, inverse_mass, way, nx, ny, nz, normal, pushed, shift)
             most = max(most, way)
     return most
