@@ -36,6 +36,7 @@ class LiveParameters:
         self._settings = settings
         self._apply = apply
         self._adopt = adopt
+        self._in_force = _by_full_name(solver.material, solver.config)
         # It wakes the executor, whose thread alone starts and ends what a solver is handed to.
         self._guard = node.create_guard_condition(self._take_over)
         self._tuning = Tuning(solver, self._guard.trigger)
@@ -75,12 +76,18 @@ class LiveParameters:
             self._show(*self._tuning.wish)
             return
         if solver is not None:
-            log.info(f"new parameters {self._adopt(solver)}")
+            before, self._in_force = self._in_force, _by_full_name(solver.material, solver.config)
+            news = ", ".join(f"{name} {value}" for name, value in self._in_force.items() if value != before[name])
+            log.info(f"new parameters {self._adopt(solver)}: {news}")
 
     def _show(self, material: Material, config: SolverConfig) -> None:
-        shown: Mapping[str, Any] = {
-            full_name(prefix, name): value
-            for prefix, settings in (("material", material), ("solver", config))
-            for name, value in settings.as_mapping().items()
-        }
+        shown = _by_full_name(material, config)
         set_silently(self._node, {n: v for n, v in shown.items() if n != "solver.dt"})
+
+
+def _by_full_name(material: Material, config: SolverConfig) -> Mapping[str, Any]:
+    return {
+        full_name(prefix, name): value
+        for prefix, settings in (("material", material), ("solver", config))
+        for name, value in settings.as_mapping().items()
+    }
