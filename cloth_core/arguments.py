@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from cloth_core.config import SolverConfig
-from cloth_core.errors import InputError, shown
+from cloth_core.errors import InputError, MeshError, shown
 from cloth_core.inputs import Inputs
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
@@ -71,6 +71,20 @@ def check_arguments(
         raise InputError(f"{len(sweeps)} sweep counts for {substeps} substeps")
     if sweeps is not None and not all(isinstance(count, (int, np.integer)) and count >= 1 for count in sweeps):
         raise InputError(f"sweep counts {list(sweeps)[:8]} must be whole numbers of at least 1")
+
+
+def check_vertices(vertices: Sequence[int] | np.ndarray, count: int, purpose: str) -> np.ndarray:
+    """Numbers of vertices of a cloth that has ``count`` of them, as int64.
+
+    Raises:
+        MeshError: some do not exist, or these are no vertex numbers; it says for what ``purpose``.
+    """
+    given, last = np.asarray(vertices).ravel(), count - 1
+    whole = given.dtype.kind in "iu" or len(given) == 0
+    if not whole or ((given < 0) | (given > last)).any():
+        hint = "; mesh.group(name) gives those of a group" if given.dtype.kind == "U" else ""
+        raise MeshError(f"cannot {purpose} {given.tolist()[:8]}: vertices are whole numbers from 0 to {last}{hint}")
+    return given.astype(np.int64)
 
 
 def check_state(state: State, mesh: ClothMesh, obstacles: Collection[str]) -> None:
