@@ -1,4 +1,4 @@
-"""Who holds the cloth in a step: pins, hands, and fingers that pinch it."""
+"""Who holds the cloth in a step: pins, pinned groups that are moved, hands, and fingers that pinch it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from cloth_core.inputs import Inputs
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
+from cloth_core.physics.anchoring import anchored
 from cloth_core.physics.following import Followed, follow
 from cloth_core.physics.grasping import update_grips
 from cloth_core.physics.hands import Hands
@@ -29,7 +30,7 @@ class Hold:
     """What holds the cloth during one step.
 
     Args:
-        hands: carry what they hold through the substeps.
+        hands: carry what they hold through the substeps; moved groups are among them.
         followed: where they go, and which lost the cloth before they went.
         grasped: vertices that hands hold, sorted.
         held: vertices that are grasped or pinned, sorted.
@@ -66,7 +67,7 @@ class Holding:
         grippers: Mapping[str, Gripper],
         ways: Ways,
     ) -> None:
-        self._config = config
+        self._mesh, self._config = mesh, config
         self._reach = Reach(mesh, material.stretch_limit, ways)
         self._fingers = {
             name: Fingers(gripper, obstacles, material.friction, config) for name, gripper in grippers.items()
@@ -91,17 +92,26 @@ class Holding:
         between = {name: pinch.between for name, pinch in pinches.items()}
         grips = update_grips(grips, grasps, state.position, pinned, between)
         empty = tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip))
-        followed = follow(grips, grasps, self._config, self._reach, state.position, pinned)
-        self.restraint.hold((grip.vertex for grip in followed.grips.values()), pinned)
-        grasped = _vertices(followed.grips.values())
+        anchors, goals = anchored(state.grips, inputs.groups, self._mesh, state.position, pinned)
+        drivers = {**grasps, **goals}
+        fixed = np.setdiff1d(pinned, _vertices(anchors.values()))
+        followed = follow({**grips, **anchors}, drivers, self._config, self._reach, state.position, fixed)
+        self._tell_restraint(followed, anchors, pinned)
+        grasped = _vertices(followed.grips[name] for name in grips)
         return Hold(
-            hands=Hands(followed, grasps, self._config, substeps, pinches),
+            hands=Hands(followed, drivers, self._config, substeps, pinches),
             followed=followed,
             grasped=grasped,
             held=np.union1d(pinned, grasped),
             empty=empty,
             gaps={finger: pinch.gap for name, pinch in pinches.items() for finger in self._fingers[name].names},
         )
+
+    def _tell_restraint(self, followed: Followed, anchors: Mapping[str, Grip], pinned: np.ndarray) -> None:
+        """What moves may stay behind, of the pinned too; what stands must not give way."""
+        resting = {name for name, grip in anchors.items() if followed.poses[name] == grip.pose}
+        moving = [grip for name, grip in followed.grips.items() if name not in resting]
+        self.restraint.hold((grip.vertex for grip in moving), np.setdiff1d(pinned, _vertices(moving)))
 
     def _pinched(self, state: State, poses: Mapping[str, Pose]) -> tuple[dict[str, Grip], dict[str, Pinch]]:
         """The grips that there are, and what grippers do whose fingers stand at ``poses``."""

@@ -75,6 +75,10 @@ class Inputs:
         fluids: regions full of something else, by name; they may be others, or elsewhere, in every step. Where they
             overlap, the first in the order of the alphabet counts.
         obstacles: where declared obstacles stand at the end of the step; those not named stay.
+        groups: where the frames of pinned groups shall be, by name; those not named stay. The frame of a group stands
+            at the mean of its pinned vertices, along the axes of the world, when a pose of it comes for the first time
+            since they were pinned. They follow rigidly, no faster than ``max_grasp_speed`` and ``max_grasp_turn``,
+            and as far as the cloth reaches. A group none of whose vertices is pinned is not moved.
         gravity: m/s^2.
 
     Raises:
@@ -85,6 +89,7 @@ class Inputs:
     wind: Wind = Wind()
     fluids: Mapping[str, Fluid] = field(default_factory=dict)
     obstacles: Mapping[str, Pose] = field(default_factory=dict)
+    groups: Mapping[str, Pose] = field(default_factory=dict)
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
 
     def __post_init__(self) -> None:
@@ -93,6 +98,7 @@ class Inputs:
             check_kind("wind", self.wind, Wind, "Wind(velocity=(x, y, z)) (m/s)")
             check_named("fluids", self.fluids, Fluid, "Fluid(shape=Plane(), velocity=(x, y, z))")
             check_named("obstacles", self.obstacles, Pose, "Pose((x, y, z)) (m)")
+            check_named("groups", self.groups, Pose, "Pose((x, y, z)) (m)")
         except SettingError as error:
             raise InputError(str(error)) from None
         object.__setattr__(self, "gravity", _acceleration(self.gravity))
@@ -104,6 +110,7 @@ class Inputs:
             "wind": self.wind.as_mapping(),
             "fluids": {name: fluid.as_mapping() for name, fluid in self.fluids.items()},
             "obstacles": {name: pose_as_list(pose) for name, pose in self.obstacles.items()},
+            "groups": {name: pose_as_list(pose) for name, pose in self.groups.items()},
             "gravity": list(self.gravity),
         }
 
@@ -115,6 +122,7 @@ class Inputs:
             wind=Wind.from_mapping(values["wind"]),
             fluids={name: Fluid.from_mapping(fluid) for name, fluid in values.get("fluids", {}).items()},
             obstacles={name: pose_from_list(pose) for name, pose in values["obstacles"].items()},
+            groups={name: pose_from_list(pose) for name, pose in values.get("groups", {}).items()},
             gravity=tuple(values["gravity"]),
         )
 

@@ -190,8 +190,8 @@ class ClothSolver:
             sweeps: passes per substep of an earlier run, to repeat it whatever the clock said then.
 
         Raises:
-            InputError: an obstacle that this solver does not have, ``sweeps`` of another length, or a state that
-                is not finite, beyond ``FARTHEST`` or ``FASTEST`` of :mod:`cloth_core.state`, or not of this cloth
+            InputError: an obstacle or a group that this solver does not have, ``sweeps`` of another length, or a state
+                that is not finite, beyond ``FARTHEST`` or ``FASTEST`` of :mod:`cloth_core.state`, or not of this cloth
                 and its obstacles.
         """
         check_arguments(state, inputs, sweeps, self.mesh, self.obstacles, self.substeps, self.grippers)

@@ -43,7 +43,7 @@ class State:
         velocity: (V, 3) m/s, within :data:`FASTEST`.
         step_index: steps done since the start.
         time: s of simulated time.
-        grips: by name of the grasp.
+        grips: by name of the grasp; ``group/`` and its name for a pinned group that has been moved.
         obstacles: poses of the obstacles, by name.
         history: what the integrator remembers of the last substep, by name; empty means that it starts afresh,
             as after an edit.
@@ -59,7 +59,7 @@ class State:
 
     @property
     def held(self) -> np.ndarray:
-        """Sorted vertices that grasps hold."""
+        """Sorted vertices that grasps hold, or moved groups."""
         parts = [grip.vertex for grip in self.grips.values()]
         return np.unique(np.concatenate(parts)) if parts else np.zeros(0, np.int32)
 

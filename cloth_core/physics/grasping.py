@@ -11,6 +11,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.inputs import Grasp
+from cloth_core.physics.anchoring import Anchor
 from cloth_core.pose import Pose
 from cloth_core.state import Grip
 
@@ -62,7 +63,7 @@ def _with_more(grip: Grip, near: np.ndarray, taken: np.ndarray, position: np.nda
     return replace(grip, vertex=vertex[order], offset=np.ascontiguousarray(offset[order]))
 
 
-def followed_pose(grip: Grip, grasp: Grasp, config: SolverConfig) -> Pose:
+def followed_pose(grip: Grip, grasp: Grasp | Anchor, config: SolverConfig) -> Pose:
     """Where the grip shall be at the end of the step: at the grasp, or as far toward it as the speed limits let."""
     return toward(grip.pose, grasp.pose, config.dt, config) if len(grip.vertex) else grasp.pose
 
