@@ -10,7 +10,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.errors import InputError, MeshError, shown
-from cloth_core.inputs import Inputs
+from cloth_core.inputs import REST_SCALE, Inputs
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
@@ -66,6 +66,7 @@ def check_arguments(
         known = ", ".join(obstacles) or "none"
         raise InputError(f"no obstacle {', '.join(sorted(unknown))}; this scene has {known}")
     _check_groups("groups", inputs.groups, mesh)
+    _check_groups("rest_scale", inputs.rest_scale, mesh)
     reserved = [name for name in inputs.grasps if name.startswith(PREFIX)]
     if reserved:
         raise InputError(f"grasps: {reserved[0]!r} begins with {PREFIX!r}, as the names of moved groups do")
@@ -116,6 +117,10 @@ def check_state(state: State, mesh: ClothMesh, obstacles: Collection[str]) -> No
         if name not in remembered:
             raise InputError(f"state.history: {name!r} is unknown; allowed are {', '.join(remembered)}")
         _check_numbers(f"history/{name}", values, *remembered[name])
+    _check_groups("state.rest_scale", state.rest_scale, mesh)
+    for name, scale in state.rest_scale.items():
+        if not REST_SCALE.low <= scale <= REST_SCALE.high:
+            raise InputError(f"state.rest_scale.{name}: {scale} is not {REST_SCALE.allowed}")
     _check_groups("state.grips", [n[len(PREFIX) :] for n in state.grips if n.startswith(PREFIX)], mesh)
     for name, grip in state.grips.items():
         _check_grip(name, grip, mesh.vertex_count)

@@ -95,6 +95,7 @@ class Holding:
         anchors, goals = anchored(state.grips, inputs.groups, self._mesh, state.position, pinned)
         drivers = {**grasps, **goals}
         fixed = np.setdiff1d(pinned, _vertices(anchors.values()))
+        self._reach.loosen(max([1.0, *inputs.rest_scale.values(), *state.rest_scale.values()]))
         followed = follow({**grips, **anchors}, drivers, self._config, self._reach, state.position, fixed)
         self._tell_restraint(followed, anchors, pinned)
         grasped = _vertices(followed.grips[name] for name in grips)

@@ -21,6 +21,7 @@ from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
 from cloth_core.physics.drag import flow_at
 from cloth_core.physics.immersion import regions_of
+from cloth_core.physics.rest_scale import RestScale, RestShape
 from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.physics.ways import Ways
 from cloth_core.pose import Pose
@@ -126,6 +127,20 @@ class ClothSolver:
         """How W is stored: dense or sparse."""
         return self._prepared().representation
 
+    @property
+    def rest(self) -> RestShape:
+        """The rest lengths that the last step ended with; those of the mesh before the first one."""
+        return self._rest_scale.rest if self._model is not None else RestShape.of(self.mesh)
+
+    def check_rest_scale(self, groups: Sequence[str]) -> None:
+        """Refuse groups whose rest lengths cannot be scaled, before a step does.
+
+        Raises:
+            MeshError: there is no such group.
+            InputError: no spring, or no triangle where these carry the stretching, lies within one.
+        """
+        RestScale(self.mesh, self.material).check(groups)
+
     def pin(self, vertices: Sequence[int] | np.ndarray) -> None:
         """Pin further vertices where the state has them. W is computed anew at the next step.
 
@@ -207,6 +222,7 @@ class ClothSolver:
 
         passes = Passes(self.sweeps, sweeps, out_of_time)
         fluids = regions_of(inputs.fluids, self.material)
+        scale = self._rest_scale.begin_step(state.rest_scale, inputs.rest_scale, self.config.dt)
         motion = self._substeps.play(state, hold.hands, hold.held, self._flow, inputs.gravity, passes, fluids)
         layers, recovered = model.self_contacts, not motion.is_sound
         if recovered:
@@ -247,6 +263,7 @@ class ClothSolver:
             time=state.time + self.config.dt,
             grips=grips,
             obstacles=after,
+            rest_scale=scale,
             history=motion.history,
         )
 
@@ -284,10 +301,13 @@ class ClothSolver:
                 h=h, pinned=self._pinned, assembly=self._assembly, plans=self._plans,
             )  # fmt: skip
             integrator = BY_NAME[self.config.integrator](self._model, self.substeps)
-            self._substeps = Substeps(self._model, integrator, self._holding.restraint, self.substeps)
+            told = (self._model.sheet, self._model.limit, self._holding.restraint)
+            self._rest_scale = RestScale(self.mesh, self.material, told)
+            self._holding.restraint.resize(self._rest_scale.rest)
+            self._substeps = Substeps(self._model, integrator, self._holding.restraint, self._rest_scale, self.substeps)
             self._model.hold(np.zeros(0, np.int32), self._pinned)
         return self._model
 
     def _largest_stretch(self, position: np.ndarray) -> float:
         mesh = self.mesh
-        return springs.largest_stretch(position, mesh.spring_vertex, mesh.limit_rest, mesh.spring_limited)
+        return springs.largest_stretch(position, mesh.spring_vertex, self.rest.limit_rest, mesh.spring_limited)
