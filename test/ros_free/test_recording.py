@@ -20,6 +20,8 @@ INPUTS = Inputs(
     grasps={"hand": Grasp(pose=Pose((0.1, 1 / 3, -2.5), (0.1, 0.2, 0.3, 0.9)), closure=0.7, radius=0.05)},
     wind=Wind(velocity=(1e-17, -3.3, 0.1), gust_intensity=0.2, gust_seed=9),
     obstacles={"ball": Pose((2 / 3, 0.0, -0.0))},
+    groups={"left": Pose((0.1, 0.2, 1 / 3), (0.0, 0.6, 0.0, 0.8))},
+    rest_scale={"left": 0.7, "top": 1 / 3},
     gravity=(0.0, 0.1, -9.81),
 )
 
