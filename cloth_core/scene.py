@@ -28,6 +28,8 @@ from cloth_core.solver import ClothSolver
 from cloth_core.state import State
 
 _Part = TypeVar("_Part")
+PIECE = ("grid", "mesh", "position", "orientation")
+"""What may be said of a cloth."""
 NAME_RULE = "a name of letters, digits and underscores that begins with a letter"
 
 
@@ -113,7 +115,7 @@ class Scene:
     def _from_mapping(cls, values: Any, folder: Path, name: str, text: str) -> Scene:
         check_keys(values, READERS)
         if "cloth" not in values:
-            raise SettingError("cloth", "is missing: a section with grid or mesh")
+            raise SettingError("cloth", "is missing: a section with grid or mesh, or of several such with names")
         read = {key: _read(key, READERS[key], values[key], folder) for key in values}
         mesh, placement = read.pop("cloth")
         named = read.pop("groups", {})
@@ -171,7 +173,28 @@ def _read(key: str, reader: Callable[[Any, Path], _Part], values: Any, folder: P
 
 
 def _cloth(values: Any, folder: Path) -> tuple[ClothMesh, Pose]:
-    check_keys(values, ("grid", "mesh", "position", "orientation"))
+    """One cloth and where it stands; of several, by name, the mesh of all, in which they stand where they shall."""
+    if not _is_several(values):
+        return _piece(values, folder)
+    read = _named(values, lambda given: _piece_of_several(given, folder))
+    meshes, poses = ({name: part[which] for name, part in read.items()} for which in (0, 1))
+    return ClothMesh.joined(meshes, poses), Pose()
+
+
+def _piece_of_several(values: Any, folder: Path) -> tuple[ClothMesh, Pose]:
+    try:
+        return _piece(values, folder)
+    except (InputError, MeshError) as error:
+        raise SettingError("", str(error)) from None
+
+
+def _is_several(values: Any) -> bool:
+    named = isinstance(values, Mapping) and not any(key in PIECE for key in values)
+    return named and any(isinstance(part, Mapping) and ("grid" in part or "mesh" in part) for part in values.values())
+
+
+def _piece(values: Any, folder: Path) -> tuple[ClothMesh, Pose]:
+    check_keys(values, PIECE)
     if ("grid" in values) == ("mesh" in values):
         raise SettingError("", "needs either grid or mesh")
     if "grid" in values:

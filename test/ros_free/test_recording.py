@@ -206,3 +206,14 @@ def test_meshes_of_obstacles_come_back_without_their_files(tmp_path):
             back.obstacles[name].field.distance(points), obstacle.field.distance(points), strict=True
         ):
             np.testing.assert_array_equal(one, other)
+
+
+def test_the_pieces_of_a_scene_and_their_groups_come_back(tmp_path):
+    grid = "grid: {width: 0.3, height: 0.3, columns: 4, rows: 4}"
+    scene = Scene.parse(f"cloth: {{towel: {{{grid}}}, napkin: {{{grid}, position: [0, 0, 0.1]}}}}")
+    solver, _ = scene.build()
+    Recorder.open(tmp_path / "s", scene, {}, solver, "/cloth_sim").close()
+    back = RecordedSession(tmp_path / "s").scene.mesh
+    assert back.digest == scene.mesh.digest
+    for kept, given in ((back.pieces, scene.mesh.pieces), (back.groups, scene.mesh.groups)):
+        assert {n: m.tolist() for n, m in kept.items()} == {n: m.tolist() for n, m in given.items()}
