@@ -23,7 +23,8 @@ from cloth_core.fields import Closed
 from cloth_core.fields.obstacle import FieldObstacle
 from cloth_core.inputs import pose_as_list, pose_from_list
 from cloth_core.obstacles import Obstacle
-from cloth_core.scene import Scene, View
+from cloth_core.scene import Scene
+from cloth_core.sections import View
 from cloth_core.shapes import SHAPES
 from cloth_sim_ros.recording.content import pack, unpack
 from cloth_sim_ros.session.errors import SessionError
