@@ -80,8 +80,8 @@ class Inputs:
         obstacles: where declared obstacles stand at the end of the step; those not named stay.
         groups: where the frames of pinned groups shall be, by name; those not named stay. The frame of a group stands
             at the mean of its pinned vertices, along the axes of the world, when a pose of it comes for the first time
-            since they were pinned. They follow rigidly, no faster than ``max_grasp_speed`` and ``max_grasp_turn``,
-            and as far as the cloth reaches. A group none of whose vertices is pinned is not moved.
+            since they were pinned. They follow rigidly, no faster than ``max_grasp_turn`` and none of them faster
+            than ``max_grasp_speed``, as far as the cloth reaches. A group of which nothing is pinned is not moved.
         rest_scale: rest lengths within groups, as multiples of those of the mesh, by name of the group; 1 for those not
             named. They get there at no more than 100 %/s of their length.
         gravity: m/s^2.

@@ -19,6 +19,8 @@ from cloth_core.state import Grip
 
 PREFIX = "group/"
 """Stands before the names of groups among those of grasps."""
+MOST = 1e6
+"""m along each axis, as far as a pose can be; what is beyond rides in a frame at its side."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,8 @@ def anchored(
 def _with_exactly(grip: Grip | None, members: np.ndarray, position: np.ndarray) -> Grip:
     """The grip with these vertices: what it had stays as it is in its frame, the rest as it is in the world."""
     if grip is None:
-        grip = Grip(Pose(tuple(position[members].mean(axis=0).tolist())), closed=True)
+        middle = np.clip(position[members].mean(axis=0), -MOST, MOST)
+        grip = Grip(Pose(tuple(middle.tolist())), closed=True)
     if np.array_equal(grip.vertex, members):
         return grip
     offset = grip.pose.inverse_apply(position[members])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from cloth_core import ClothMesh, ClothSolver, Grasp, InputError, Inputs, Material, Pose, SolverConfig
 from cloth_core.config import INTEGRATORS
+from cloth_core.physics.restraint import MARGIN
 
 MESH = ClothMesh.grid(width=0.5, height=0.5, columns=9, rows=9)
 TOP = MESH.group("top")
@@ -141,3 +143,39 @@ def test_what_cannot_be_is_refused_by_name():
         Inputs(groups={"top": 3})
     with pytest.raises(InputError, match=r"'group/top' begins with 'group/'"):
         solver.step(solver.initial_state(), Inputs(grasps={"group/top": Grasp(pose=Pose())}))
+
+
+def test_a_group_beyond_all_poses_is_pinned_and_moved_without_complaint():
+    solver = pinned_at("top")
+    start = solver.initial_state()
+    far = dataclasses.replace(start, position=start.position + np.array([5e6, 0.0, 0.0]))
+    *_, state = states_on_the_way(solver, 2, state=far, top=moved(0.0, 0.0, 0.0))
+    assert np.isfinite(state.position).all() and state.grips["group/top"].pose.position[0] < 1e6
+
+
+def test_no_vertex_of_a_turning_group_is_faster_than_a_hand():
+    solver, about_y = pinned_at("top", max_grasp_speed=1.0), (0.0, 1.0, 0.0, 0.0)
+    before = solver.initial_state().position[TOP]
+    fastest = []
+    for state in states_on_the_way(solver, 60, top=Pose(tuple(MIDDLE), about_y)):
+        fastest.append(np.linalg.norm(state.position[TOP] - before, axis=1).max() / 0.02)
+        before = state.position[TOP]
+    assert max(fastest) == pytest.approx(1.0, rel=0.01)  # half a turn with arms of 0.25 m: 0.79 s
+    assert np.count_nonzero(np.array(fastest) > 0.9) == pytest.approx(math.pi * 0.25 / 0.02, abs=2)
+    np.testing.assert_allclose(before, MESH.rest_position[TOP[::-1]], atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_groups_that_are_torn_about_tear_no_thread(seed):
+    random, solver = np.random.default_rng(seed), pinned_at("top", "left")
+    state, poses = solver.initial_state(), {}
+    for number in range(80):
+        if number % 7 == 0:
+            size = random.choice([0.2, 1.0, 50.0])
+            group = random.choice(["top", "left", "corners"])
+            poses[group] = Pose(tuple(random.uniform(-size, size, 3)), tuple(random.normal(size=4)))
+        if number % 20 == 10:
+            (solver.pin if number % 40 == 10 else solver.unpin)(MESH.group("bottom"))
+        state = solver.step(state, Inputs(groups=poses))
+        assert solver.report.max_stretch < solver.material.stretch_limit + MARGIN + 1e-3
+        assert not solver.report.recovered
