@@ -9,11 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from cloth_core.config import SolverConfig
-from cloth_core.errors import InputError, shown
-from cloth_core.inputs import Inputs
+from cloth_core.errors import InputError, MeshError, shown
+from cloth_core.inputs import REST_SCALE, Inputs
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
+from cloth_core.physics.anchoring import PREFIX
 from cloth_core.settings import check_kind, check_named
 from cloth_core.state import FARTHEST, FASTEST, Grip, State
 
@@ -55,7 +56,7 @@ def check_arguments(
         grippers: names that no grasp may have.
 
     Raises:
-        InputError: naming the vertices, the obstacles, the grasps or the numbers.
+        InputError: naming the vertices, the obstacles, the grasps, the groups or the numbers.
     """
     check_state(state, mesh, obstacles)
     if not isinstance(inputs, Inputs):
@@ -64,6 +65,11 @@ def check_arguments(
     if unknown:
         known = ", ".join(obstacles) or "none"
         raise InputError(f"no obstacle {', '.join(sorted(unknown))}; this scene has {known}")
+    _check_groups("groups", inputs.groups, mesh)
+    _check_groups("rest_scale", inputs.rest_scale, mesh)
+    reserved = [name for name in inputs.grasps if name.startswith(PREFIX)]
+    if reserved:
+        raise InputError(f"grasps: {reserved[0]!r} begins with {PREFIX!r}, as the names of moved groups do")
     double = inputs.grasps.keys() & set(grippers)
     if double:
         raise InputError(f"grasps: {', '.join(sorted(double))} is a gripper of two obstacles; move those")
@@ -71,6 +77,27 @@ def check_arguments(
         raise InputError(f"{len(sweeps)} sweep counts for {substeps} substeps")
     if sweeps is not None and not all(isinstance(count, (int, np.integer)) and count >= 1 for count in sweeps):
         raise InputError(f"sweep counts {list(sweeps)[:8]} must be whole numbers of at least 1")
+
+
+def _check_groups(what: str, names: Collection[str], mesh: ClothMesh) -> None:
+    unknown = set(names) - mesh.groups.keys()
+    if unknown:
+        known = ", ".join(sorted(mesh.groups)) or "none"
+        raise InputError(f"{what}: no vertex group {', '.join(sorted(unknown))}; this cloth has {known}")
+
+
+def check_vertices(vertices: Sequence[int] | np.ndarray, count: int, purpose: str) -> np.ndarray:
+    """Numbers of vertices of a cloth that has ``count`` of them, as int64.
+
+    Raises:
+        MeshError: some do not exist, or these are no vertex numbers; it says for what ``purpose``.
+    """
+    given, last = np.asarray(vertices).ravel(), count - 1
+    whole = given.dtype.kind in "iu" or len(given) == 0
+    if not whole or ((given < 0) | (given > last)).any():
+        hint = "; mesh.group(name) gives those of a group" if given.dtype.kind == "U" else ""
+        raise MeshError(f"cannot {purpose} {given.tolist()[:8]}: vertices are whole numbers from 0 to {last}{hint}")
+    return given.astype(np.int64)
 
 
 def check_state(state: State, mesh: ClothMesh, obstacles: Collection[str]) -> None:
@@ -90,6 +117,11 @@ def check_state(state: State, mesh: ClothMesh, obstacles: Collection[str]) -> No
         if name not in remembered:
             raise InputError(f"state.history: {name!r} is unknown; allowed are {', '.join(remembered)}")
         _check_numbers(f"history/{name}", values, *remembered[name])
+    _check_groups("state.rest_scale", state.rest_scale, mesh)
+    for name, scale in state.rest_scale.items():
+        if not REST_SCALE.low <= scale <= REST_SCALE.high:
+            raise InputError(f"state.rest_scale.{name}: {scale} is not {REST_SCALE.allowed}")
+    _check_groups("state.grips", [n[len(PREFIX) :] for n in state.grips if n.startswith(PREFIX)], mesh)
     for name, grip in state.grips.items():
         _check_grip(name, grip, mesh.vertex_count)
     if not 0.0 <= state.time < math.inf or state.step_index < 0:

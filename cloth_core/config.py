@@ -46,10 +46,10 @@ class SolverConfig(Settings):
         "int", 150, low=0, high=5000, help="vertices up to which W is stored as a dense inverse; above, a sparse factor"
     )
     max_grasp_speed: float = setting(
-        "float", 10.0, unit="m/s", low=0.01, high=100.0, help="fastest that a gripper is followed"
+        "float", 10.0, unit="m/s", low=0.01, high=100.0, help="fastest that a gripper or a moved group is followed"
     )
     max_grasp_turn: float = setting(
-        "float", 20.0, unit="rad/s", low=0.01, high=1000.0, help="fastest that a gripper's rotation is followed"
+        "float", 20.0, unit="rad/s", low=0.01, high=1000.0, help="fastest that the rotation of either is followed"
     )
     max_grasp_force: float = setting(
         "float",

@@ -9,7 +9,10 @@ from typing import Any
 from cloth_core.errors import InputError, SettingError, shown
 from cloth_core.fluids import Fluid
 from cloth_core.pose import Pose
-from cloth_core.settings import Settings, check_kind, check_named, setting
+from cloth_core.settings import Setting, Settings, check_kind, check_named, setting
+
+REST_SCALE = Setting("float", "rest lengths within a group over those of the mesh", "m/m", low=0.3, high=3.0)
+"""What a scale may be."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,16 +78,24 @@ class Inputs:
         fluids: regions full of something else, by name; they may be others, or elsewhere, in every step. Where they
             overlap, the first in the order of the alphabet counts.
         obstacles: where declared obstacles stand at the end of the step; those not named stay.
+        groups: where the frames of pinned groups shall be, by name; those not named stay. The frame of a group stands
+            at the mean of its pinned vertices, along the axes of the world, when a pose of it comes for the first time
+            since they were pinned. They follow rigidly, no faster than ``max_grasp_turn`` and none of them faster
+            than ``max_grasp_speed``, as far as the cloth reaches. A group of which nothing is pinned is not moved.
+        rest_scale: rest lengths within groups, as multiples of those of the mesh, by name of the group; 1 for those not
+            named. They get there at no more than 100 %/s of their length.
         gravity: m/s^2.
 
     Raises:
-        InputError: one of them has a wrong type; or gravity a wrong range.
+        InputError: one of them has a wrong type; or gravity or a scale a wrong range.
     """
 
     grasps: Mapping[str, Grasp] = field(default_factory=dict)
     wind: Wind = Wind()
     fluids: Mapping[str, Fluid] = field(default_factory=dict)
     obstacles: Mapping[str, Pose] = field(default_factory=dict)
+    groups: Mapping[str, Pose] = field(default_factory=dict)
+    rest_scale: Mapping[str, float] = field(default_factory=dict)
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
 
     def __post_init__(self) -> None:
@@ -93,6 +104,8 @@ class Inputs:
             check_kind("wind", self.wind, Wind, "Wind(velocity=(x, y, z)) (m/s)")
             check_named("fluids", self.fluids, Fluid, "Fluid(shape=Plane(), velocity=(x, y, z))")
             check_named("obstacles", self.obstacles, Pose, "Pose((x, y, z)) (m)")
+            check_named("groups", self.groups, Pose, "Pose((x, y, z)) (m)")
+            object.__setattr__(self, "rest_scale", _scales(self.rest_scale))
         except SettingError as error:
             raise InputError(str(error)) from None
         object.__setattr__(self, "gravity", _acceleration(self.gravity))
@@ -104,6 +117,8 @@ class Inputs:
             "wind": self.wind.as_mapping(),
             "fluids": {name: fluid.as_mapping() for name, fluid in self.fluids.items()},
             "obstacles": {name: pose_as_list(pose) for name, pose in self.obstacles.items()},
+            "groups": {name: pose_as_list(pose) for name, pose in self.groups.items()},
+            "rest_scale": dict(self.rest_scale),
             "gravity": list(self.gravity),
         }
 
@@ -115,6 +130,8 @@ class Inputs:
             wind=Wind.from_mapping(values["wind"]),
             fluids={name: Fluid.from_mapping(fluid) for name, fluid in values.get("fluids", {}).items()},
             obstacles={name: pose_from_list(pose) for name, pose in values["obstacles"].items()},
+            groups={name: pose_from_list(pose) for name, pose in values.get("groups", {}).items()},
+            rest_scale=values.get("rest_scale", {}),
             gravity=tuple(values["gravity"]),
         )
 
@@ -127,6 +144,11 @@ def pose_as_list(pose: Pose) -> list[float]:
 def pose_from_list(numbers: list[float]) -> Pose:
     """The pose that :func:`pose_as_list` wrote."""
     return Pose(tuple(numbers[:3]), tuple(numbers[3:]))
+
+
+def _scales(given: Any) -> dict[str, float]:
+    check_named("rest_scale", given, object, "0.8")
+    return {name: REST_SCALE.check(f"rest_scale.{name}", scale) for name, scale in given.items()}
 
 
 def _acceleration(given: Any) -> tuple[float, float, float]:

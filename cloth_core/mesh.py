@@ -16,7 +16,9 @@ from scipy.sparse.csgraph import connected_components
 from cloth_core.errors import MeshError, MeshWarning, shown
 from cloth_core.material import Material
 from cloth_core.meshing import checks, files, grid, net, repair, sheet
+from cloth_core.meshing import pieces as joining
 from cloth_core.meshing.areas import triangle_areas
+from cloth_core.pose import Pose
 
 LEAST_OF_THREADS = 0.2
 """Share of a sheet's stiffness along its threads that these must have themselves, where springs shall carry it."""
@@ -62,6 +64,8 @@ class ClothMesh:
     """(V, 2) texture coordinates in 0..1, or None."""
     groups: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Named vertex indices, int32."""
+    pieces: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Vertex indices, int32, of the cloths that were :meth:`joined`; empty where there is but one."""
 
     def __post_init__(self) -> None:
         for known in fields(self):
@@ -230,6 +234,32 @@ class ClothMesh:
         for repaired in done:
             warnings.warn(f"{path}: {repaired}", MeshWarning, stacklevel=2)
         return mesh
+
+    @classmethod
+    def joined(cls, pieces: Mapping[str, ClothMesh], poses: Mapping[str, Pose] | None = None) -> ClothMesh:
+        """Several cloths as one mesh, so that one solver moves them and they collide with each other.
+
+        Nothing joins the pieces. The vertices of each are a group by its name, and what was its group ``left`` is
+        ``<piece>_left`` now. Where triangles carry the stretching of one, they do so in all.
+
+        Args:
+            pieces: by name, in the order of their vertices.
+            poses: where the rest shapes of some of them stand; those not named stay.
+
+        Raises:
+            MeshError: there are no pieces, two groups would have the same name, some are sheets and others are not, or
+                a pose is of none of them.
+        """
+        poses = poses or {}
+        unknown = ", ".join(sorted(poses.keys() - pieces.keys()))
+        if unknown:
+            raise MeshError(f"there are poses of {unknown}; the pieces are {', '.join(pieces)}")
+        parts = {}
+        for name, mesh in pieces.items():
+            given = {known.name: getattr(mesh, known.name) for known in fields(mesh)}
+            placed = poses[name].apply(mesh.rest_position) if name in poses else mesh.rest_position
+            parts[name] = {**given, "rest_position": placed}
+        return cls(**joining.fields(parts))
 
     @classmethod
     def from_springs(

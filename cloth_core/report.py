@@ -64,8 +64,8 @@ class StepReport:
         out_of_time: the caller's clock cut the passes short.
         wind_capped: the wind was faster than ``max_wind_speed``.
         teleported: obstacles that moved faster than ``max_obstacle_speed``.
-        slowed: grasps that moved faster than they are followed.
-        taut: grasps that are not followed because the cloth between them and the next is at its limit.
+        slowed: grasps, and groups as ``group/`` and their name, that moved faster than they are followed.
+        taut: those that are not followed because the cloth between them and the next is at its limit.
         slips: grasps that lost the cloth in this step, for they asked for more of it than there is, or had to bear
             more than ``max_grasp_force``.
         empty: grasps that closed in this step and had no vertex within their radius.

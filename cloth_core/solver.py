@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from cloth_core.arguments import check_arguments, check_parts, check_state, with_plain_arrays
+from cloth_core.arguments import check_arguments, check_parts, check_state, check_vertices, with_plain_arrays
 from cloth_core.config import SolverConfig
 from cloth_core.errors import MeshError
 from cloth_core.gripper import Gripper, check_grippers
+from cloth_core.holding import Holding
 from cloth_core.inputs import Inputs
 from cloth_core.integrators import BY_NAME, Model
 from cloth_core.kernels import springs
@@ -19,20 +20,15 @@ from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
 from cloth_core.physics.drag import flow_at
-from cloth_core.physics.following import follow
-from cloth_core.physics.grasping import update_grips
-from cloth_core.physics.hands import Hands
 from cloth_core.physics.immersion import regions_of
-from cloth_core.physics.pinching import Fingers, Pinch
-from cloth_core.physics.reach import Reach
-from cloth_core.physics.restraint import Restraint
+from cloth_core.physics.rest_scale import RestScale, RestShape
 from cloth_core.physics.stiffness import check_stiffness
 from cloth_core.physics.ways import Ways
 from cloth_core.pose import Pose
 from cloth_core.rehearsal import kinds, rehearse
 from cloth_core.report import StepReport, Wrench
 from cloth_core.settings import check_kind
-from cloth_core.state import Grip, State, entry
+from cloth_core.state import State, entry
 from cloth_core.substeps import Passes, Substeps
 
 
@@ -86,11 +82,7 @@ class ClothSolver:
         self.sweeps = config.stretch_sweeps or kind.stretch_sweeps
         self._model: Model | None = None
         self._flow = np.zeros((self.mesh.vertex_count, 3))
-        self._reach = Reach(self.mesh, material.stretch_limit, self._ways)
-        self._fingers = {
-            name: Fingers(gripper, self.obstacles, material.friction, config) for name, gripper in self.grippers.items()
-        }
-        self._restraint = Restraint(self.mesh, material, config.max_grasp_force)
+        self._holding = Holding(self.mesh, material, config, self.obstacles, self.grippers, self._ways)
 
     def changed(self, *, material: Material | None = None, config: SolverConfig | None = None) -> ClothSolver:
         """A solver of another material or configuration for the same cloth, obstacles and pins, ready to step.
@@ -135,13 +127,27 @@ class ClothSolver:
         """How W is stored: dense or sparse."""
         return self._prepared().representation
 
+    @property
+    def rest(self) -> RestShape:
+        """The rest lengths that the last step ended with; those of the mesh before the first one."""
+        return self._rest_scale.rest if self._model is not None else RestShape.of(self.mesh)
+
+    def check_rest_scale(self, groups: Sequence[str]) -> None:
+        """Refuse groups whose rest lengths cannot be scaled, before a step does.
+
+        Raises:
+            MeshError: there is no such group.
+            InputError: no spring, or no triangle where these carry the stretching, lies within one.
+        """
+        RestScale(self.mesh, self.material).check(groups)
+
     def pin(self, vertices: Sequence[int] | np.ndarray) -> None:
         """Pin further vertices where the state has them. W is computed anew at the next step.
 
         Raises:
             MeshError: a vertex does not exist, or these are no vertex numbers.
         """
-        self._pin_exactly(np.union1d(self._pinned, self._existing(vertices, "pin")))
+        self._pin_exactly(np.union1d(self._pinned, check_vertices(vertices, self.mesh.vertex_count, "pin")))
 
     def unpin(self, vertices: Sequence[int] | np.ndarray | None = None) -> None:
         """Let pinned vertices go, all of them by default.
@@ -149,7 +155,7 @@ class ClothSolver:
         Raises:
             MeshError: a vertex does not exist, or these are no vertex numbers.
         """
-        gone = self._pinned if vertices is None else self._existing(vertices, "unpin")
+        gone = self._pinned if vertices is None else check_vertices(vertices, self.mesh.vertex_count, "unpin")
         self._pin_exactly(np.setdiff1d(self._pinned, gone))
 
     def initial_state(self, pose: Pose | None = None) -> State:
@@ -199,40 +205,33 @@ class ClothSolver:
             sweeps: passes per substep of an earlier run, to repeat it whatever the clock said then.
 
         Raises:
-            InputError: an obstacle that this solver does not have, ``sweeps`` of another length, or a state that
-                is not finite, beyond ``FARTHEST`` or ``FASTEST`` of :mod:`cloth_core.state`, or not of this cloth
+            InputError: an obstacle or a group that this solver does not have, ``sweeps`` of another length, or a state
+                that is not finite, beyond ``FARTHEST`` or ``FASTEST`` of :mod:`cloth_core.state`, or not of this cloth
                 and its obstacles.
         """
         check_arguments(state, inputs, sweeps, self.mesh, self.obstacles, self.substeps, self.grippers)
         state, model = with_plain_arrays(state), self._prepared()
         after = {**state.obstacles, **inputs.obstacles}
-        grips, pinches = self._pinched(state, after)
-        grasps = {**inputs.grasps, **{name: pinch.grasp for name, pinch in pinches.items()}}
-        between = {name: pinch.between for name, pinch in pinches.items()}
-        grips = update_grips(grips, grasps, state.position, self._pinned, between)
-        empty = tuple(name for name, grip in grips.items() if _closed_on_nothing(state.grips.get(name), grip))
-        followed = follow(grips, grasps, self.config, self._reach, state.position, self._pinned)
-        hands = Hands(followed, grasps, self.config, self.substeps, pinches)
-        held = self._hold(model, followed.grips)
-        model.contacts.give(
-            {finger: pinch.gap for name, pinch in pinches.items() for finger in self._fingers[name].names}
-        )
+        hold = self._holding.begin_step(state, inputs, after, self._pinned, self.substeps)
+        if not np.array_equal(hold.grasped, model.grasped):
+            model.hold(hold.grasped, hold.held)
+        model.contacts.give(hold.gaps)
         teleported = model.contacts.begin_step(state.obstacles, after)
         capped = flow_at(state.position, inputs.wind, state.time, self.config.max_wind_speed, self._flow)
         model.wakes.shelter(state.position, inputs.wind, self._flow)
 
         passes = Passes(self.sweeps, sweeps, out_of_time)
         fluids = regions_of(inputs.fluids, self.material)
-        motion = self._substeps.play(state, hands, held, self._flow, inputs.gravity, passes, fluids)
+        scale = self._rest_scale.begin_step(state.rest_scale, inputs.rest_scale, self.config.dt)
+        motion = self._substeps.play(state, hold.hands, hold.held, self._flow, inputs.gravity, passes, fluids)
         layers, recovered = model.self_contacts, not motion.is_sound
         if recovered:
             motion = motion.undone(state)
-        reaction = motion.reaction
-        wrenches = hands.wrenches(motion.position, held, reaction)
+        wrenches = hold.hands.wrenches(motion.position, hold.held, motion.reaction)
         if BY_NAME[self.config.integrator].restrained:
-            hands.bear(wrenches)
-        grips_after, slips = hands.end()
-        pins = np.searchsorted(held, self._pinned)
+            hold.hands.bear(wrenches)
+        grips, slips = hold.hands.end()
+        pins = np.searchsorted(hold.held, self._pinned)
         self.report = StepReport(
             sweeps=motion.sweeps,
             residual=motion.excess,
@@ -240,16 +239,16 @@ class ClothSolver:
             contacts=model.contacts.touching,
             self_contacts=0 if layers is None else layers.touching,
             crossings=0 if layers is None else layers.crossings,
-            held=len(held),
+            held=len(hold.held),
             out_of_time=passes.out_of_time,
             wind_capped=capped,
             teleported=tuple(teleported),
-            slowed=followed.slowed,
-            taut=followed.taut,
+            slowed=hold.followed.slowed,
+            taut=hold.followed.taut,
             slips=slips,
-            empty=empty,
+            empty=hold.empty,
             grasp_wrenches=wrenches,
-            pin_wrench=Wrench.of(reaction[pins], motion.position[self._pinned]),
+            pin_wrench=Wrench.of(motion.reaction[pins], motion.position[self._pinned]),
             obstacle_wrenches={
                 name: Wrench(tuple(row[:3]), tuple(row[3:]))
                 for name, row in zip(model.contacts.names, motion.pressure.tolist(), strict=True)
@@ -262,8 +261,9 @@ class ClothSolver:
             velocity=motion.velocity,
             step_index=state.step_index + 1,
             time=state.time + self.config.dt,
-            grips=grips_after,
+            grips=grips,
             obstacles=after,
+            rest_scale=scale,
             history=motion.history,
         )
 
@@ -283,19 +283,10 @@ class ClothSolver:
         if state.position.ndim == 2 and len(state.position) != self.mesh.vertex_count:
             raise MeshError(f"the snapshot has {len(state.position)} vertices, this cloth {self.mesh.vertex_count}")
         check_state(state, self.mesh, self.obstacles)
-        pinned = self._existing(entry(arrays, "pinned"), "restore pins at")
+        pinned = check_vertices(entry(arrays, "pinned"), self.mesh.vertex_count, "restore pins at")
         if not np.array_equal(pinned, self._pinned):
             self._pin_exactly(pinned)
         return state
-
-    def _existing(self, vertices: Sequence[int] | np.ndarray, purpose: str) -> np.ndarray:
-        """Numbers of vertices, as int64."""
-        given, last = np.asarray(vertices).ravel(), self.mesh.vertex_count - 1
-        whole = given.dtype.kind in "iu" or len(given) == 0
-        if not whole or ((given < 0) | (given > last)).any():
-            hint = "; mesh.group(name) gives those of a group" if given.dtype.kind == "U" else ""
-            raise MeshError(f"cannot {purpose} {given.tolist()[:8]}: vertices are whole numbers from 0 to {last}{hint}")
-        return given.astype(np.int64)
 
     def _pin_exactly(self, vertices: np.ndarray) -> None:
         self._pinned = vertices.astype(np.int32)
@@ -310,33 +301,13 @@ class ClothSolver:
                 h=h, pinned=self._pinned, assembly=self._assembly, plans=self._plans,
             )  # fmt: skip
             integrator = BY_NAME[self.config.integrator](self._model, self.substeps)
-            self._substeps = Substeps(self._model, integrator, self._restraint, self.substeps)
+            told = (self._model.sheet, self._model.limit, self._holding.restraint)
+            self._rest_scale = RestScale(self.mesh, self.material, told)
+            self._holding.restraint.resize(self._rest_scale.rest)
+            self._substeps = Substeps(self._model, integrator, self._holding.restraint, self._rest_scale, self.substeps)
             self._model.hold(np.zeros(0, np.int32), self._pinned)
         return self._model
 
-    def _pinched(self, state: State, poses: Mapping[str, Pose]) -> tuple[dict[str, Grip], dict[str, Pinch]]:
-        """The grips that there are, and what grippers do whose fingers stand at ``poses``."""
-        grips, pinches = dict(state.grips), {}
-        for name, fingers in self._fingers.items():
-            grip, pinches[name] = fingers.pinch(grips.get(name), state.position, poses)
-            if grip is not None:
-                grips[name] = grip
-        return grips, pinches
-
-    def _hold(self, model: Model, grips: Mapping[str, Grip]) -> np.ndarray:
-        """Tell the model which vertices are held; returns them, pinned and grasped, sorted."""
-        parts = [grip.vertex for grip in grips.values() if len(grip.vertex)]
-        grasped = np.sort(np.concatenate(parts)).astype(np.int64) if parts else np.zeros(0, np.int64)
-        held = np.union1d(self._pinned, grasped)
-        if not np.array_equal(grasped, model.grasped):
-            model.hold(grasped, held)
-        self._restraint.hold((grip.vertex for grip in grips.values()), self._pinned)
-        return held
-
     def _largest_stretch(self, position: np.ndarray) -> float:
         mesh = self.mesh
-        return springs.largest_stretch(position, mesh.spring_vertex, mesh.limit_rest, mesh.spring_limited)
-
-
-def _closed_on_nothing(before: Grip | None, now: Grip) -> bool:
-    return now.closed and len(now.vertex) == 0 and not (before is not None and before.closed)
+        return springs.largest_stretch(position, mesh.spring_vertex, self.rest.limit_rest, mesh.spring_limited)

@@ -43,8 +43,9 @@ class State:
         velocity: (V, 3) m/s, within :data:`FASTEST`.
         step_index: steps done since the start.
         time: s of simulated time.
-        grips: by name of the grasp.
+        grips: by name of the grasp; ``group/`` and its name for a pinned group that has been moved.
         obstacles: poses of the obstacles, by name.
+        rest_scale: rest lengths within groups, as multiples of those of the mesh, where they are not 1.
         history: what the integrator remembers of the last substep, by name; empty means that it starts afresh,
             as after an edit.
     """
@@ -55,11 +56,12 @@ class State:
     time: float = 0.0
     grips: Mapping[str, Grip] = field(default_factory=dict)
     obstacles: Mapping[str, Pose] = field(default_factory=dict)
+    rest_scale: Mapping[str, float] = field(default_factory=dict)
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def held(self) -> np.ndarray:
-        """Sorted vertices that grasps hold."""
+        """Sorted vertices that grasps hold, or moved groups."""
         parts = [grip.vertex for grip in self.grips.values()]
         return np.unique(np.concatenate(parts)) if parts else np.zeros(0, np.int32)
 
@@ -74,6 +76,7 @@ class State:
             "step_index": self.step_index,
             "time": self.time,
             "obstacles": {name: pose_as_list(pose) for name, pose in self.obstacles.items()},
+            "rest_scale": dict(self.rest_scale),
             "history": list(self.history),
             "grips": {name: [pose_as_list(g.pose), g.closed, list(g.load)] for name, g in self.grips.items()},
         }
@@ -102,6 +105,7 @@ class State:
                 step_index=int(rest["step_index"]),
                 time=float(rest["time"]),
                 obstacles={name: pose_from_list(pose) for name, pose in rest["obstacles"].items()},
+                rest_scale={str(name): float(scale) for name, scale in rest.get("rest_scale", {}).items()},
                 history={name: _floats(arrays, f"history/{name}") for name in list(rest["history"])},
             )
         except ClothError:

@@ -11,6 +11,7 @@ from cloth_core.integrators import ImplicitMidpoint, Meyer2000, Model, Substep
 from cloth_core.kernels.immersion import Regions
 from cloth_core.passivity import Passivity
 from cloth_core.physics.hands import Hands
+from cloth_core.physics.rest_scale import RestScale
 from cloth_core.physics.restraint import Restraint
 from cloth_core.reaction import Reactions
 from cloth_core.state import FARTHEST, FASTEST, State
@@ -85,13 +86,20 @@ class Substeps:
         model: the cloth of the integrator.
         integrator: moves it.
         restraint: holds it back.
+        rest_scale: changes its rest lengths.
         count: substeps in a step.
     """
 
     def __init__(
-        self, model: Model, integrator: ImplicitMidpoint | Meyer2000, restraint: Restraint, count: int
+        self,
+        model: Model,
+        integrator: ImplicitMidpoint | Meyer2000,
+        restraint: Restraint,
+        rest_scale: RestScale,
+        count: int,
     ) -> None:
-        self._model, self._integrator, self._restraint, self._count = model, integrator, restraint, count
+        self._model, self._integrator, self._count = model, integrator, count
+        self._restraint, self._rest_scale = restraint, rest_scale
         self._passivity = Passivity(model, count * model.h)
         self._reactions = Reactions(model, count * model.h)
 
@@ -105,7 +113,7 @@ class Substeps:
         passes: Passes,
         fluids: Regions | None = None,
     ) -> Motion:
-        """Advance a copy of ``state`` by a step whose contacts have begun already.
+        """Advance a copy of ``state`` by a step that contacts and rest lengths have begun already.
 
         Args:
             state: where the cloth is.
@@ -130,6 +138,7 @@ class Substeps:
             allowed = passes.of(number)
             target = hands.targets(number, held, state.position)
             model.contacts.begin_substep((number + 1) / self._count)
+            self._rest_scale.begin_substep((number + 1) / self._count)
             given = Substep(
                 h=model.h,
                 number=number,

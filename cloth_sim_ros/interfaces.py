@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cloth_core.inputs import REST_SCALE
 from cloth_sim_ros.session import Qos
 
 NEWEST = Qos(reliability="best_effort", depth=1)
@@ -82,6 +83,16 @@ GROUP_PIN = Interface(
     "in", "~/group/{name}/pin", "std_msgs/msg/Bool",
     "pins a group of vertices where they are, or lets them go", COMMAND, "groups",
 )  # fmt: skip
+GROUP_POSE = Interface(
+    "in", "~/group/{name}/pose", "geometry_msgs/msg/PoseStamped",
+    "moves what is pinned of a group, as one body: it goes with a frame that stood at its mean, along the axes of the "
+    "cloth's, when its first pose came; no faster than solver.max_grasp_speed and max_grasp_turn", NEWEST, "groups",
+)  # fmt: skip
+GROUP_REST_SCALE = Interface(
+    "in", "~/group/{name}/rest_scale", "std_msgs/msg/Float64",
+    f"rest lengths within a group over those it was made with, {REST_SCALE.low:g} .. {REST_SCALE.high:g}, such as a "
+    "waistband's; they change by 100 %/s at most", COMMAND, "groups",
+)  # fmt: skip
 OBSTACLE_POSE = Interface(
     "in", "~/obstacle/{name}/pose", "geometry_msgs/msg/PoseStamped",
     "moves an obstacle; its surface drags cloth along", NEWEST, "obstacles",
@@ -156,7 +167,7 @@ RESTORE = Interface("srv", "~/restore", "std_srvs/srv/Trigger", "back to what ~/
 
 INPUTS = (
     *(GRASP_POSE, GRASP_CLOSURE, JOY, JOINTS, WIND, WIND_POSE, FLUID_VELOCITY),
-    *(OBSTACLE_POSE, GROUP_PIN, CAMERA_POSE, CAMERA_INFO),
+    *(OBSTACLE_POSE, GROUP_PIN, GROUP_POSE, GROUP_REST_SCALE, CAMERA_POSE, CAMERA_INFO),
 )
 OUTPUTS = (POINTS, VISIBLE, MESH, TRIANGLES, TOPOLOGY, OBSTACLES, WRENCH, RUMBLE, *STATS.values(), DIAGNOSTICS)
 SERVICES = (PAUSE, RESET, STEP, SNAPSHOT, RESTORE)

@@ -45,7 +45,7 @@ def rows(folder: Path, seconds: float) -> Iterator[Row]:
 def _pour(node: Node, interface: interfaces.Interface, count: int) -> int:
     package, kind, name = interface.type_name.split("/")
     message_class = getattr(import_module(f"{package}.{kind}"), name)
-    declared = {"grasps": "hand", "obstacles": "ball", "groups": "corners", "fluids": "pool"}.get(
+    declared = {"grasps": "hand", "obstacles": "ball", "groups": "top", "fluids": "pool"}.get(
         interface.declared, ""
     )
     topic = interface.named(declared).replace("~", NAME)

@@ -10,6 +10,7 @@ from scipy.spatial.distance import cdist
 
 from cloth_core.config import SolverConfig
 from cloth_core.inputs import Grasp
+from cloth_core.physics.anchoring import Anchor
 from cloth_core.physics.grasping import followed_pose
 from cloth_core.physics.reach import PINS, Reach, Tether, Tethers
 from cloth_core.pose import Pose
@@ -47,7 +48,7 @@ class Followed:
 
 def follow(
     grips: Mapping[str, Grip],
-    grasps: Mapping[str, Grasp],
+    grasps: Mapping[str, Grasp | Anchor],
     config: SolverConfig,
     reach: Reach,
     position: np.ndarray,
@@ -61,7 +62,7 @@ def follow(
 
     Args:
         grips: what each hand holds, where it was followed to so far.
-        grasps: the hands, by the same names.
+        grasps: the hands, by the same names; anchors lose nothing.
         config: has the speed limits.
         reach: of the cloth.
         position: (V, 3) m.

@@ -11,6 +11,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.inputs import Grasp
+from cloth_core.physics.anchoring import Anchor
 from cloth_core.pose import Pose
 from cloth_core.state import Grip
 
@@ -62,9 +63,16 @@ def _with_more(grip: Grip, near: np.ndarray, taken: np.ndarray, position: np.nda
     return replace(grip, vertex=vertex[order], offset=np.ascontiguousarray(offset[order]))
 
 
-def followed_pose(grip: Grip, grasp: Grasp, config: SolverConfig) -> Pose:
+def followed_pose(grip: Grip, grasp: Grasp | Anchor, config: SolverConfig) -> Pose:
     """Where the grip shall be at the end of the step: at the grasp, or as far toward it as the speed limits let."""
-    return toward(grip.pose, grasp.pose, config.dt, config) if len(grip.vertex) else grasp.pose
+    if not len(grip.vertex):
+        return grasp.pose
+    goal = toward(grip.pose, grasp.pose, config.dt, config)
+    if not isinstance(grasp, Anchor):
+        return goal
+    # A group may be so wide that what turns at its ends is too fast.
+    way = np.linalg.norm(goal.apply(grip.offset) - grip.pose.apply(grip.offset), axis=1).max()
+    return grip.pose.toward(goal, min(1.0, (1.0 + 1e-9) * config.max_grasp_speed * config.dt / max(way, 1e-12)))
 
 
 def toward(start: Pose, goal: Pose, time: float, config: SolverConfig, share: float = 1.0) -> Pose:

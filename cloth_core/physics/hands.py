@@ -14,6 +14,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.inputs import Grasp
+from cloth_core.physics.anchoring import Anchor
 from cloth_core.physics.following import Followed
 from cloth_core.physics.grasping import toward
 from cloth_core.physics.pinching import Pinch
@@ -34,7 +35,7 @@ class Hands:
 
     Args:
         followed: what it said.
-        grasps: the hands, by the same names.
+        grasps: the hands, by the same names, and anchors, which feel nothing and lose nothing.
         config: has the speed limits.
         substeps: in the step.
         pinches: those of the hands that are fingers, which hold by friction.
@@ -43,7 +44,7 @@ class Hands:
     def __init__(
         self,
         followed: Followed,
-        grasps: Mapping[str, Grasp],
+        grasps: Mapping[str, Grasp | Anchor],
         config: SolverConfig,
         substeps: int,
         pinches: Mapping[str, Pinch] | None = None,
@@ -87,8 +88,9 @@ class Hands:
 
         Moments are about the origin of the pose followed so far; ``position`` is (V, 3) m.
         """
-        felt = dict.fromkeys(self._followed.grips, Wrench())
-        for name, grip in self._holding.items():
+        felt = {name: Wrench() for name in self._followed.grips if not self._is_anchor(name)}
+        for name in felt.keys() & self._holding.keys():
+            grip = self._holding[name]
             own = reaction[np.searchsorted(held, grip.vertex)]
             felt[name] = Wrench.of(own, position[grip.vertex] - self._pose[name].position)
         return felt
@@ -96,10 +98,10 @@ class Hands:
     def bear(self, wrenches: Mapping[str, Wrench]) -> None:
         """Hear what the cloth did to the hands in this step, by name."""
         share = -math.expm1(-self._config.dt / LOAD_TIME)
-        for name, grip in self._holding.items():
+        for name in wrenches.keys() & self._holding.keys():
             now = np.array(wrenches[name].force)
             if np.isfinite(now).all():
-                before = np.array(grip.load)
+                before = np.array(self._load[name])
                 self._load[name] = tuple((before + share * (now - before)).tolist())
 
     def end(self) -> tuple[dict[str, Grip], tuple[Slip, ...]]:
@@ -118,7 +120,12 @@ class Hands:
             grips[slip.name] = Grip(grips[slip.name].pose, closed=True)
         return grips, tuple(sorted((*self._followed.slips, *slips), key=lambda slip: slip.name))
 
+    def _is_anchor(self, name: str) -> bool:
+        return isinstance(self._grasps[name], Anchor)
+
     def _slip(self, name: str) -> Slip | None:
+        if self._is_anchor(name):
+            return None
         if self._is_stuck(name):
             return Slip(name, beyond=_between(self._pose[name], self._grasps[name].pose))
         load, strongest = np.array(self._load[name]), self._config.max_grasp_force

@@ -9,28 +9,33 @@ from cloth_core.kernels import shares
 from cloth_core.linear.gauges import gauges
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
+from cloth_core.physics.rest_scale import RestShape
 
 
 class Membrane:
     """What the triangles of a mesh do as a sheet of a material (see :func:`~cloth_core.linear.gauges.gauges`)."""
 
     def __init__(self, mesh: ClothMesh, material: Material) -> None:
-        self._mesh, self._area = mesh, mesh.triangle_area
+        self._mesh, self._area, self._slope = mesh, mesh.triangle_area, mesh.triangle_slope
         self._direction, self._modulus = gauges(material)
         self._apart = shares.room(mesh.vertex_count)
+
+    def resize(self, rest: RestShape) -> None:
+        """Compute with other rest lengths from now on."""
+        self._area, self._slope = rest.triangle_area, rest.triangle_slope
 
     def add_forces(self, position: np.ndarray, velocity: np.ndarray, viscosity_time: float, force: np.ndarray) -> None:
         """Add elastic forces and the paper's viscosity of ``viscosity_time`` s to ``force`` (V, 3) N."""
         mesh = self._mesh
         kernels.add_membrane_forces(
-            position, velocity, mesh.triangles, mesh.triangle_slope, self._area,
+            position, velocity, mesh.triangles, self._slope, self._area,
             self._direction, self._modulus, viscosity_time, force,
         )  # fmt: skip
 
     def energy(self, position: np.ndarray) -> float:
         """J, stored at ``position`` (V, 3) m."""
-        mesh = self._mesh
-        return kernels.energy(position, mesh.triangles, mesh.triangle_slope, self._area, self._direction, self._modulus)
+        triangles = self._mesh.triangles
+        return kernels.energy(position, triangles, self._slope, self._area, self._direction, self._modulus)
 
     def add_impulses(
         self,
@@ -44,6 +49,6 @@ class Membrane:
         """The local step: add ``scale`` s^2 times the forces to ``right_side`` (V, 3) kg m, ``tension`` (T, 2) J."""
         mesh = self._mesh
         kernels.add_membrane_impulses(
-            position, start, mesh.triangles, mesh.triangle_slope, self._area,
+            position, start, mesh.triangles, self._slope, self._area,
             self._direction, self._modulus, tension, viscosity, scale, right_side, self._apart,
         )  # fmt: skip

@@ -78,10 +78,15 @@ class Reach:
     """
 
     def __init__(self, mesh: ClothMesh, stretch_limit: float, ways: Ways | None = None) -> None:
-        self._rest, self._stretch_limit = mesh.rest_position, stretch_limit
+        self._rest, self._stretch_limit, self._looser = mesh.rest_position, stretch_limit, 1.0
         self.ways = ways or Ways(mesh)
         self._key: tuple[tuple[str, bytes], ...] | None = None
         self._tethers: Tethers
+
+    def loosen(self, factor: float) -> None:
+        """From now on all of the cloth counts as ``factor`` times as large, since some of it may be."""
+        if factor != self._looser:
+            self._looser, self._key = factor, None
 
     def tethers(self, held: Mapping[str, np.ndarray]) -> Tethers:
         """What joins the sets of ``held`` vertices, which are given by name of the grasp or as ``PINS``."""
@@ -104,7 +109,7 @@ class Reach:
             rows, columns = begins[first] - pins, begins[second]
             reach = straight[rows : rows + len(one), columns : columns + len(other)]
             if np.isfinite(reach).any():
-                longer = _longer(self.ways, self._stretch_limit, one, other, marks[first], marks[second])
+                longer = _longer(self.ways, self._looser * self._stretch_limit, one, other, marks[first], marks[second])
                 pairs.append(Tether(first, second, one, other, reach.copy(), longer))
         for name in rims.keys() - {PINS}:
             own = slice(begins[name], begins[name] + len(rims[name]))
@@ -112,7 +117,7 @@ class Reach:
         return Tethers(rims, straight, pairs)
 
     def _straight(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        reach = self._stretch_limit * (self.ways.straight * cdist(self._rest[first], self._rest[second]))
+        reach = self._looser * self._stretch_limit * (self.ways.straight * cdist(self._rest[first], self._rest[second]))
         return np.where(self.ways.part[first][:, None] == self.ways.part[second][None], reach, np.inf)
 
 

@@ -18,6 +18,7 @@ from cloth_core.kernels import springs
 from cloth_core.kernels.weld import weld_overlong, weld_rows
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
+from cloth_core.physics.rest_scale import RestShape
 from cloth_core.physics.self_contacts import SelfContacts
 
 MARGIN = 0.028
@@ -44,10 +45,15 @@ class Restraint:
     def __init__(self, mesh: ClothMesh, material: Material, strongest: float) -> None:
         self._mesh, self._mass, self._strongest = mesh, mesh.vertex_mass(material), strongest
         self._limited, self._vertex = np.flatnonzero(mesh.spring_limited).astype(np.uint32), mesh.spring_ends
-        self._longest = mesh.limit_rest * (material.stretch_limit + MARGIN)
-        self._aim = mesh.limit_rest * (material.stretch_limit + AIM)
+        self._stretch_limit = material.stretch_limit
+        self.resize(RestShape.of(mesh))
         self._hands: list[np.ndarray] = []
         self._pinned = np.zeros(0, np.int32)
+
+    def resize(self, rest: RestShape) -> None:
+        """Compute with other rest lengths from now on."""
+        self._longest = rest.limit_rest * (self._stretch_limit + MARGIN)
+        self._aim = rest.limit_rest * (self._stretch_limit + AIM)
 
     def hold(self, hands: Iterable[np.ndarray], pinned: np.ndarray) -> None:
         """From now on each of the sets of vertices in ``hands`` is one body, and the ``pinned`` ones stay."""

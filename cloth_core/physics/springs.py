@@ -8,6 +8,7 @@ from cloth_core.kernels import shares
 from cloth_core.kernels import springs as kernels
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
+from cloth_core.physics.rest_scale import RestShape
 
 
 class Springs:
@@ -15,18 +16,22 @@ class Springs:
 
     def __init__(self, mesh: ClothMesh, material: Material) -> None:
         self._mesh, self._stiffness = mesh, mesh.spring_stiffness(material)
-        self._apart = shares.room(mesh.vertex_count)
+        self._rest, self._apart = mesh.spring_rest, shares.room(mesh.vertex_count)
+
+    def resize(self, rest: RestShape) -> None:
+        """Compute with other rest lengths from now on."""
+        self._rest = rest.spring_rest
 
     def add_forces(self, position: np.ndarray, velocity: np.ndarray, viscosity_time: float, force: np.ndarray) -> None:
         """Add elastic forces and the paper's viscosity of ``viscosity_time`` s to ``force`` (V, 3) N."""
         mesh = self._mesh
         kernels.add_spring_forces(
-            position, velocity, mesh.spring_vertex, mesh.spring_rest, self._stiffness, viscosity_time, force
+            position, velocity, mesh.spring_vertex, self._rest, self._stiffness, viscosity_time, force
         )
 
     def energy(self, position: np.ndarray) -> float:
         """J, stored at ``position`` (V, 3) m."""
-        return kernels.energy(position, self._mesh.spring_vertex, self._mesh.spring_rest, self._stiffness)
+        return kernels.energy(position, self._mesh.spring_vertex, self._rest, self._stiffness)
 
     def add_impulses(
         self,
@@ -40,6 +45,6 @@ class Springs:
         """The local step: add ``scale`` s^2 times the forces to ``right_side`` (V, 3) kg m, ``tension`` (S,) N."""
         mesh = self._mesh
         kernels.add_elastic_impulses(
-            position, start, mesh.spring_ends, mesh.spring_rest, self._stiffness,
+            position, start, mesh.spring_ends, self._rest, self._stiffness,
             tension, viscosity, scale, right_side, self._apart,
         )  # fmt: skip

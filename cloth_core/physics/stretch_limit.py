@@ -7,6 +7,7 @@ import numpy as np
 from cloth_core.kernels import springs as kernels
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
+from cloth_core.physics.rest_scale import RestShape
 
 FADE = 0.97
 """Share of a limit's tension that the next substep starts with. A tension that only ever adds up lags behind what it
@@ -55,14 +56,19 @@ class StretchLimit(HeldMasses):
         super().__init__(mass)
         self._vertex = mesh.spring_ends
         self._limited = np.flatnonzero(mesh.spring_limited).astype(np.uint32)
-        self._longest = mesh.spring_rest * material.stretch_limit
-        self._shortest = (1.0 - SLACK) * self._longest
         # That of the cloth along the thread, whatever part of it the diagonals of a grid have.
         sheet = SHARE * np.array(material.sheet_stiffness())
         self._stiffness = np.maximum(mesh.spring_weight, 0.0) @ np.array([*sheet, 1.0])
-        # What the spring would pull with at twice its length: more would outweigh W.
-        self._strongest = self._stiffness * mesh.spring_rest
+        self._stretch_limit = material.stretch_limit
+        self.resize(RestShape.of(mesh))
         self._taut, self._room = self._limited, np.empty_like(self._limited)
+
+    def resize(self, rest: RestShape) -> None:
+        """Compute with other rest lengths from now on."""
+        self._longest = rest.spring_rest * self._stretch_limit
+        self._shortest = (1.0 - SLACK) * self._longest
+        # What the spring would pull with at twice its length: more would outweigh W.
+        self._strongest = self._stiffness * rest.spring_rest
 
     def slack(self) -> np.ndarray:
         """(S,) N, no tension yet."""

@@ -11,6 +11,7 @@ from cloth_core.kernels import membrane as kernels
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.physics import stretch_limit
+from cloth_core.physics.rest_scale import RestShape
 from cloth_core.physics.stretch_limit import HeldMasses
 
 
@@ -19,11 +20,15 @@ class ThreadLimit(HeldMasses):
 
     def __init__(self, mesh: ClothMesh, material: Material, mass: np.ndarray) -> None:
         super().__init__(mass)
-        self._triangles, self._slope, self._longest = mesh.triangles, mesh.triangle_slope, material.stretch_limit
-        warp, weft, _ = material.sheet_stiffness()
-        self._stiffness = mesh.triangle_area[:, None] * (stretch_limit.SHARE * np.array([warp, weft]))
+        self._triangles, self._longest = mesh.triangles, material.stretch_limit
+        self._modulus = stretch_limit.SHARE * np.array(material.sheet_stiffness()[:2])
+        self.resize(RestShape.of(mesh))
         self._room = np.arange(self._stiffness.size)
         self._taut = self._room.copy()
+
+    def resize(self, rest: RestShape) -> None:
+        """Compute with other rest lengths from now on."""
+        self._slope, self._stiffness = rest.triangle_slope, rest.triangle_area[:, None] * self._modulus
 
     def slack(self) -> np.ndarray:
         """(T, 2) J, no tension yet: that of warp and weft, for a stretch of one."""

@@ -9,6 +9,7 @@ import math
 from typing import Any
 
 from cloth_core import InputError, Pose
+from cloth_core.inputs import REST_SCALE
 from cloth_sim_ros.vision.camera import Lens
 
 NANOSECONDS = 1_000_000_000
@@ -69,6 +70,18 @@ def read_closure(message: Any) -> float:
     if not 0.0 <= closure <= 1.0:
         raise RefusedError("data", f"= {closure:g} (closure): allowed is 0 (open) .. 1 (closed), without unit")
     return closure
+
+
+def read_rest_scale(message: Any) -> float:
+    """The scale of a std_msgs/Float64: rest lengths over those that the cloth was made with.
+
+    Raises:
+        RefusedError: it is out of range.
+    """
+    scale = float(message.data)
+    if not REST_SCALE.low <= scale <= REST_SCALE.high:
+        raise RefusedError("data", f"= {scale:g} (rest scale): allowed is {REST_SCALE.allowed} ({REST_SCALE.help})")
+    return scale
 
 
 def read_lens(message: Any) -> Lens:

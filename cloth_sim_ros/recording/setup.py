@@ -23,14 +23,15 @@ from cloth_core.fields import Closed
 from cloth_core.fields.obstacle import FieldObstacle
 from cloth_core.inputs import pose_as_list, pose_from_list
 from cloth_core.obstacles import Obstacle
-from cloth_core.scene import Scene, View
+from cloth_core.scene import Scene
+from cloth_core.sections import View
 from cloth_core.shapes import SHAPES
 from cloth_sim_ros.recording.content import pack, unpack
 from cloth_sim_ros.session.errors import SessionError
 
 FORMAT = "1"
 METADATA = "cloth_sim"
-_GROUP = "group/"
+_GROUP, _PIECE = "group/", "piece/"
 _SHAPE_NAMES = {shape: name for name, shape in SHAPES.items()}
 
 
@@ -158,9 +159,14 @@ def _obstacle_meshes(obstacles: Mapping[str, Obstacle]) -> dict[str, np.ndarray]
 def _mesh_arrays(mesh: ClothMesh) -> dict[str, np.ndarray]:
     found = {known.name: getattr(mesh, known.name) for known in dataclasses.fields(mesh)}
     arrays = {name: value for name, value in found.items() if isinstance(value, np.ndarray)}
-    return {**arrays, **{_GROUP + name: members for name, members in mesh.groups.items()}}
+    named = {_GROUP + name: members for name, members in mesh.groups.items()}
+    return {**arrays, **named, **{_PIECE + name: members for name, members in mesh.pieces.items()}}
 
 
 def _mesh_from(arrays: Mapping[str, np.ndarray]) -> ClothMesh:
-    groups = {name[len(_GROUP) :]: members for name, members in arrays.items() if name.startswith(_GROUP)}
-    return ClothMesh(**{n: a for n, a in arrays.items() if not n.startswith(_GROUP)}, groups=groups)
+    named: dict[str, dict[str, np.ndarray]] = {_GROUP: {}, _PIECE: {}}
+    own = {}
+    for name, array in arrays.items():
+        kind = next((kind for kind in named if name.startswith(kind)), "")
+        (named[kind] if kind else own)[name[len(kind) :]] = array
+    return ClothMesh(**own, groups=named[_GROUP], pieces=named[_PIECE])

@@ -34,6 +34,7 @@ SHOTS = {
     "flag": Shot(4.0, "bunting"),
     "drape": Shot(3.0, "cotton"),
     "tablecloth": Shot(6.4, "gingham"),
+    "runner": Shot(5.2, "silk"),
 }
 """By the scene's name; others are shown by ``Shot()``."""
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from cloth_core import ClothMesh, Inputs, State, StepReport
 from cloth_core.kernels import surface
+from cloth_core.physics.rest_scale import RestShape
 from cloth_core.physics.strain import vertex_strain
 
 
@@ -49,9 +50,16 @@ class Frame:
 
     @classmethod
     def of(
-        cls, mesh: ClothMesh, state: State, report: StepReport, inputs: Inputs, seconds: float, **more: Any
+        cls,
+        mesh: ClothMesh,
+        state: State,
+        report: StepReport,
+        inputs: Inputs,
+        seconds: float,
+        rest: RestShape | None = None,
+        **more: Any,
     ) -> Frame:
-        """The frame of a ``state``, with its normals and strain; the others are fields of the frame."""
+        """The frame of a ``state``, with its normals, and its strain over ``rest`` lengths; others are its fields."""
         area, normal = np.empty_like(state.position), np.empty_like(state.position)
         surface.area_vectors(state.position, mesh.triangles, area)
         surface.normals(area, normal)
@@ -60,7 +68,7 @@ class Frame:
             time=state.time,
             position=state.position,
             normal=normal,
-            strain=vertex_strain(mesh, state.position),
+            strain=vertex_strain(mesh, state.position, rest),
             report=report,
             inputs=inputs,
             step_seconds=seconds,

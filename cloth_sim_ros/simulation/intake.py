@@ -94,6 +94,9 @@ class Intake:
             if source.interface is interfaces.GROUP_PIN:
                 self._simulation.pin(source.name, bool(message.data))
                 return True
+            if source.interface is interfaces.GROUP_REST_SCALE:
+                self._simulation.set_rest_scale(source.name, conversions.read_rest_scale(message))
+                return True
             if source.closures:
                 self._read_closures(source, message)
                 return True
@@ -138,6 +141,8 @@ class Intake:
         elif source.interface is interfaces.WIND_POSE:
             ahead = self.pointer_speed * frame.compose(conversions.read_pose(message)).rotation[:, 0]
             self._set_wind(source, tuple(float(c) for c in ahead))  # type: ignore[arg-type]
+        elif source.interface is interfaces.GROUP_POSE:
+            self._simulation.set_group_pose(source.name, frame.compose(conversions.read_pose(message)))
         elif source.interface is interfaces.CAMERA_POSE:
             self.viewpoint.pose = frame.compose(conversions.read_pose(message))
             self.viewpoint.follows_topic = True

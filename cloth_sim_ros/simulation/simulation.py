@@ -74,11 +74,26 @@ class Simulation:
 
     def pin(self, group: str, pinned: bool) -> None:
         """Pin a group of vertices where they are when the next step begins, or let them go."""
-        if group not in self.solver.mesh.groups:
-            known = ", ".join(self.solver.mesh.groups) or "none"
-            raise InputError(f"no group {group}; this cloth has {known}")
+        self._members(group)
         with self._lock:
             self._pin_wishes[group] = pinned
+            if not pinned:
+                self._world.groups.pop(group, None)
+
+    def set_group_pose(self, group: str, pose: Pose) -> None:
+        """Where the frame of a pinned group shall be, in the cloth's frame; see :class:`~cloth_core.Inputs`."""
+        members = self._members(group)
+        with self._lock:
+            if not self._pin_wishes.get(group, bool(np.isin(members, self.solver.pinned).any())):
+                raise InputError(f"nothing of the group {group} is pinned: send true to ~/group/{group}/pin before")
+            self._world.groups[group] = pose
+
+    def set_rest_scale(self, group: str, scale: float) -> None:
+        """Rest lengths within a group, as multiples of those of the mesh; see :class:`~cloth_core.Inputs`."""
+        self._members(group)
+        self.solver.check_rest_scale([group])
+        with self._lock:
+            self._world.rest_scale[group] = scale
 
     def set_obstacle(self, name: str, pose: Pose) -> None:
         """Where an obstacle shall be at the end of the next step."""
@@ -102,7 +117,8 @@ class Simulation:
         begin = time.perf_counter()
         self.state = self.solver.step(self.state, inputs, out_of_time)
         seconds, mesh, report = time.perf_counter() - begin, self.solver.mesh, self.solver.report
-        return Frame.of(mesh, self.state, report, inputs, seconds, stale=self.stale, pins=pins)
+        rest = self.solver.rest
+        return Frame.of(mesh, self.state, report, inputs, seconds, rest, stale=self.stale, pins=pins)
 
     def reset(self) -> None:
         """Back to the start of a new episode: the scene's state and inputs.
@@ -121,6 +137,13 @@ class Simulation:
         """Go on with another solver of the same cloth and obstacles; what is pinned stays so."""
         pin_exactly(solver, self.solver.pinned)
         self.solver = solver
+        with self._lock:
+            scaled = self._world.rest_scale
+            for group in [*scaled]:
+                try:
+                    solver.check_rest_scale([group])
+                except InputError:  # triangles carry the other material, and none lies within this group
+                    del scaled[group]
 
     def keep(self) -> Kept:
         """All that it takes to go on from here as if nothing had happened since."""
@@ -139,12 +162,18 @@ class Simulation:
 
     def present(self) -> Frame:
         """The cloth as it is, without a step."""
-        return Frame.of(self.solver.mesh, self.state, StepReport(), Inputs(), 0.0)
+        return Frame.of(self.solver.mesh, self.state, StepReport(), Inputs(), 0.0, self.solver.rest)
 
     def _first_world(self, hands: dict[str, Hand]) -> World:
         """What the scene itself does to the cloth."""
         inputs = self.scene.inputs
         return World(hands, inputs.wind, dict(inputs.obstacles), dict(inputs.fluids))
+
+    def _members(self, group: str) -> np.ndarray:
+        groups = self.solver.mesh.groups
+        if group not in groups:
+            raise InputError(f"no group {group}; this cloth has {', '.join(groups) or 'none'}")
+        return groups[group]
 
     def _hand(self, name: str) -> Hand:
         if name not in self._world.hands:
@@ -178,6 +207,12 @@ class Simulation:
                     stale.append(name)
             world = self._world.copy()
         inputs = replace(
-            self.scene.inputs, grasps=grasps, wind=world.wind, obstacles=world.obstacles, fluids=world.fluids
+            self.scene.inputs,
+            grasps=grasps,
+            wind=world.wind,
+            obstacles=world.obstacles,
+            fluids=world.fluids,
+            groups=world.groups,
+            rest_scale=world.rest_scale,
         )
         return inputs, tuple(stale)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,10 +34,13 @@ class World:
     wind: Wind
     obstacles: dict[str, Pose]
     fluids: dict[str, Fluid]
+    groups: dict[str, Pose] = field(default_factory=dict)
+    rest_scale: dict[str, float] = field(default_factory=dict)
 
     def copy(self) -> World:
         """Another one, which later inputs do not change."""
-        return World(dict(self.hands), self.wind, dict(self.obstacles), dict(self.fluids))
+        copied = {name: dict(value) for name, value in vars(self).items() if isinstance(value, dict)}
+        return replace(self, **copied)
 
 
 @dataclass(frozen=True, eq=False)

@@ -209,16 +209,47 @@ def test_a_group_is_pinned_and_let_go(kit):
     assert kit.simulation.tick(0.0).pins.tolist() == []
 
 
+def test_a_pinned_group_is_moved_and_no_other(kit):
+    pin, move = Source("/pin", interfaces.GROUP_PIN, "left"), Source("/move", interfaces.GROUP_POSE, "left")
+    assert not kit.intake.receive(move, pose(0.1), 0.0)
+    assert "/move: nothing of the group left is pinned: send true to ~/group/left/pin before" in kit.said[0]
+    assert kit.inputs().groups == {}
+    assert kit.intake.receive(pin, Message(data=True), 0.0)
+    assert kit.intake.receive(move, pose(1.0, 0.0, 0.0, frame="turned"), 0.0)  # pinned by the time the step begins
+    assert kit.inputs().groups["left"].position == pytest.approx((1.0, 1.0, 0.0))
+    assert not kit.intake.receive(move, pose(math.nan), 0.0)
+    assert kit.inputs().groups["left"].position == pytest.approx((1.0, 1.0, 0.0))
+    assert kit.intake.receive(pin, Message(data=False), 0.0)
+    assert kit.inputs().groups == {}
+
+
+def test_rest_lengths_of_a_group_are_scaled_until_reset(kit):
+    scale = Source("/scale", interfaces.GROUP_REST_SCALE, "left")
+    assert kit.intake.receive(scale, Message(data=0.5), 0.0)
+    assert kit.inputs().rest_scale == {"left": 0.5}
+    assert not kit.intake.receive(scale, Message(data=5.0), 0.0)
+    assert "/scale: data = 5 (rest scale): allowed is a number 0.3 .. 3 m/m" in kit.said[0]
+    one = Source("/one", interfaces.GROUP_REST_SCALE, "top_left")
+    assert not kit.intake.receive(one, Message(data=0.5), 0.0)
+    assert "no spring has both its ends in the group top_left" in kit.said[1]
+    kept = kit.simulation.keep()
+    kit.simulation.reset()
+    assert kit.inputs().rest_scale == {}
+    kit.simulation.restore(kept)
+    assert kit.inputs().rest_scale == {"left": 0.5}
+
+
 def test_sources_are_those_of_the_scene_and_of_the_mapped_closures():
     closures = mappings(["hand ~/joy axis 1", "hand ~/joy button 0", "hand /arm joint finger"], ["hand"])
-    found = {source.topic: source for _, source in sources(Scene.parse(SCENE), closures, lambda name: f"/n{name[1:]}")}
+    scene = Scene.parse(SCENE)
+    found = {source.topic: source for _, source in sources(scene, closures, lambda name: f"/n{name[1:]}")}
     assert set(found) == {
         "/n/grasp/hand/pose",
         "/n/grasp/hand/closure",
         "/n/wind",
         "/n/obstacle/ball/pose",
         "/n/wind/pose",
-        *(f"/n/group/{name}/pin" for name in Scene.parse(SCENE).mesh.groups),
+        *(f"/n/group/{name}/{what}" for name in scene.mesh.groups for what in ("pin", "pose", "rest_scale")),
         "/n/camera/pose",
         "/n/camera/info",
         "/n/joy",

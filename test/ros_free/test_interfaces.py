@@ -45,5 +45,10 @@ def test_the_foxglove_layout_shows_topics_that_there_are():
     topics = {re.sub(r"\.data$", "", name) for name in re.findall(r'"(/[a-z_/]+(?:\.data)?)"', text)}
     assert topics <= set(TYPES)
     assert {"/cloth_sim/cloth/mesh", "/cloth_sim/obstacles", "/diagnostics"} <= topics
+    plotted = set(re.findall(r'"(/[a-z_/]+)\.data"', text))
+    assert plotted and {TYPES[name] for name in plotted} == {"std_msgs/msg/Float64"}
+    drawn = {TYPES[name].rpartition("/")[2] for name in layout["configById"]["3D!cloth"]["topics"]}
+    assert drawn == {"Marker", "MarkerArray", "PointCloud2"}
+    assert TYPES[layout["configById"]["DiagnosticSummary!cloth"]["topicToRender"]].endswith("/DiagnosticArray")
     panels = set(re.findall(r'"(?:first|second)": "([^"]+)"', text))
     assert panels == set(layout["configById"])

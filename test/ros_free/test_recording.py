@@ -20,6 +20,8 @@ INPUTS = Inputs(
     grasps={"hand": Grasp(pose=Pose((0.1, 1 / 3, -2.5), (0.1, 0.2, 0.3, 0.9)), closure=0.7, radius=0.05)},
     wind=Wind(velocity=(1e-17, -3.3, 0.1), gust_intensity=0.2, gust_seed=9),
     obstacles={"ball": Pose((2 / 3, 0.0, -0.0))},
+    groups={"left": Pose((0.1, 0.2, 1 / 3), (0.0, 0.6, 0.0, 0.8))},
+    rest_scale={"left": 0.7, "top": 1 / 3},
     gravity=(0.0, 0.1, -9.81),
 )
 
@@ -204,3 +206,14 @@ def test_meshes_of_obstacles_come_back_without_their_files(tmp_path):
             back.obstacles[name].field.distance(points), obstacle.field.distance(points), strict=True
         ):
             np.testing.assert_array_equal(one, other)
+
+
+def test_the_pieces_of_a_scene_and_their_groups_come_back(tmp_path):
+    grid = "grid: {width: 0.3, height: 0.3, columns: 4, rows: 4}"
+    scene = Scene.parse(f"cloth: {{towel: {{{grid}}}, napkin: {{{grid}, position: [0, 0, 0.1]}}}}")
+    solver, _ = scene.build()
+    Recorder.open(tmp_path / "s", scene, {}, solver, "/cloth_sim").close()
+    back = RecordedSession(tmp_path / "s").scene.mesh
+    assert back.digest == scene.mesh.digest
+    for kept, given in ((back.pieces, scene.mesh.pieces), (back.groups, scene.mesh.groups)):
+        assert {n: m.tolist() for n, m in kept.items()} == {n: m.tolist() for n, m in given.items()}
