@@ -34,6 +34,10 @@ SHOTS = {
     "flag": Shot(4.0, "bunting"),
     "drape": Shot(3.0, "cotton"),
     "tablecloth": Shot(6.4, "gingham"),
+    "mannequin": Shot(3.0, "cotton"),
+    "bust": Shot(5.2, "silk"),
+    "office": Shot(5.0, "gingham"),
+    "ellipsoid_man": Shot(4.0, "silk"),
 }
 """By the scene's name; others are shown by ``Shot()``."""
 
