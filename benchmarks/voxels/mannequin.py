@@ -15,16 +15,20 @@ import numpy as np
 import pyvista as pv
 import trimesh
 from scipy.ndimage import distance_transform_edt, gaussian_filter, label
-from voxels import human
 
 from cloth_core.fields import Closed, VoxelField
+from voxels import human
 
 FOLDER = Path(__file__).parents[2] / "config" / "meshes"
 CELL = 0.005  # m
 CLOSED = 0.015  # m, radius of the ball that gets into no hollow of what is left
 SMOOTH = 0.007  # m, standard deviation
 TRIANGLES = {"mannequin": 4000, "bust": 2000}
-CUTS = [((0.0, 0.0, 1.02), (0.0, 0.0, -1.0)), ((0.215, 0.0, 1.3), (0.94, 0.0, -0.34)), ((-0.215, 0.0, 1.3), (-0.94, 0.0, -0.34))]
+CUTS = [
+    ((0.0, 0.0, 1.02), (0.0, 0.0, -1.0)),
+    ((0.215, 0.0, 1.3), (0.94, 0.0, -0.34)),
+    ((-0.215, 0.0, 1.3), (-0.94, 0.0, -0.34)),
+]
 """What the bust lacks: points of the planes in m, and the way off them that is left out; the hips and both arms."""
 
 
@@ -52,7 +56,7 @@ def sculpted(body: Closed, cuts: Sequence[tuple[Sequence[float], Sequence[float]
 
 
 def filled(distance: np.ndarray) -> np.ndarray:
-    """The distance on the grid of the solid without hollows that a ball cannot reach from outside: eyes, mouth, ears."""
+    """The distance on the grid, of the solid and of all hollows that a ball does not get into: eyes, mouth, ears."""
     parts, _ = label(distance > CLOSED)
     reached = parts == parts[0, 0, 0]
     return np.minimum(distance, CLOSED - CELL * distance_transform_edt(~reached))
@@ -64,7 +68,8 @@ def main() -> None:
     for name, cuts in (("mannequin", []), ("bust", CUTS)):
         mesh = sculpted(body, cuts, TRIANGLES[name])
         trimesh.repair.fix_normals(mesh)
-        assert mesh.is_watertight
+        if not mesh.is_watertight:
+            raise SystemExit(f"{name}: the decimation left holes; try another number of triangles")
         path = FOLDER / f"{name}.ply"
         path.parent.mkdir(exist_ok=True)
         mesh.export(path)
