@@ -26,7 +26,7 @@ def staged(obstacles: Mapping[str, Obstacle], side: int) -> tuple[ClothSolver, S
     mesh = ClothMesh.grid(width=1.0, height=1.0, columns=side, rows=side)
     solver = ClothSolver(mesh, Material(damping=1.0), obstacles=obstacles)
     solver.prepare()
-    return solver, solver.initial_state(Pose((0.35, 0.2, 0.78)))
+    return solver, solver.initial_state(Pose((0.43, 0.2, 0.78)))
 
 
 def frames(scenes: Mapping[str, Mapping[str, Obstacle]], side: int, steps: int) -> dict[str, np.ndarray]:
