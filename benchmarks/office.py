@@ -14,7 +14,7 @@ import time
 from collections.abc import Mapping
 
 import numpy as np
-from voxels.furniture import DESK, office
+from voxels.furniture import desk, office
 
 from cloth_core import ClothMesh, ClothSolver, Inputs, Material, Pose, State
 from cloth_core.fields import Compound
@@ -26,7 +26,7 @@ def staged(obstacles: Mapping[str, Obstacle], side: int) -> tuple[ClothSolver, S
     mesh = ClothMesh.grid(width=1.0, height=1.0, columns=side, rows=side)
     solver = ClothSolver(mesh, Material(damping=1.0), obstacles=obstacles)
     solver.prepare()
-    return solver, solver.initial_state(Pose((0.35, 0.2, 0.78)))
+    return solver, solver.initial_state(Pose((0.43, 0.2, 0.78)))
 
 
 def frames(scenes: Mapping[str, Mapping[str, Obstacle]], side: int, steps: int) -> dict[str, np.ndarray]:
@@ -51,9 +51,9 @@ def main() -> None:
     options = parser.parse_args()
     things = office()
     scenes: dict[str, Mapping[str, Obstacle]] = {
-        "desk": DESK,
+        "desk": desk(),
         "30 obstacles": things,
-        "desk, a field": {"desk": Compound(parts=DESK, voxel=options.voxel)},
+        "desk, a field": {"desk": Compound(parts=desk(), voxel=options.voxel)},
         "30 in one field": {"office": Compound(parts=things, voxel=options.voxel)},
     }
     taken = frames(scenes, options.side, options.steps)

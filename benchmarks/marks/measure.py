@@ -8,6 +8,7 @@ from math import nan
 from typing import Any
 
 import grab
+import mannequin
 import mesh_independence
 import start
 from comparison import plan, process
@@ -101,6 +102,14 @@ def mesh(sizes: list[int]) -> Iterator[Row]:
             yield Row(f"mesh independence, {row.name}", "", mesh_independence.BAR, mesh_independence.AIM, worst)
 
 
+def body(sizes: list[int]) -> Iterator[Row]:
+    """All that a frame may have: a body, self-collision, wind and its shadow."""
+    scene = mannequin.variants()[mannequin.WHOLE]
+    taken = mannequin.medians(5.0, {mannequin.WHOLE: scene})[mannequin.WHOLE][:, 0]
+    what = f"{scene.mesh.vertex_count:,} vertices on a human body, self-collision, wind with shadow: frame"
+    yield Row(what, "ms", mannequin.BAR, mannequin.AIM, float(statistics.median(taken)), float(taken.min()))
+
+
 PARTS = {
     "motion": motion,
     "peers": peers_work,
@@ -108,5 +117,6 @@ PARTS = {
     "start": first_frame,
     "memory": memory,
     "mesh": mesh,
+    "body": body,
 }
 """What can be asked for, in the order of the table; each is given the vertices a side that are wanted."""

@@ -56,7 +56,8 @@ class Outputs:
         self._points, self._visible = PointCloudEncoder(frame_id), PointCloudEncoder(frame_id)
         self._marker = MarkerEncoder(frame_id, "cloth", 0, CLOTH_COLOUR, mesh.triangles)
         those = [i for i in interfaces.OUTPUTS if i is not interfaces.DIAGNOSTICS]
-        self.publishers = Publishers(node, those, {"grasps": simulation.scene.inputs.grasps}, incompatible)
+        hands = [*simulation.scene.inputs.grasps, *simulation.solver.grippers]
+        self.publishers = Publishers(node, those, {"grasps": hands}, incompatible)
         self._weighed: Material | None = None
         self._obstacles_shown: dict[str, Pose] = {}
         self._topology_sent = False
