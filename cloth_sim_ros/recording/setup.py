@@ -21,6 +21,7 @@ import numpy as np
 from cloth_core import ClothError, ClothMesh, ClothSolver, Inputs, Material, SolverConfig
 from cloth_core.fields import Closed
 from cloth_core.fields.obstacle import FieldObstacle
+from cloth_core.gripper import Gripper
 from cloth_core.inputs import pose_as_list, pose_from_list
 from cloth_core.obstacles import Obstacle
 from cloth_core.scene import Scene
@@ -42,6 +43,7 @@ def attachments_of(scene: Scene, solver: ClothSolver, parameters: Mapping[str, A
         "material": solver.material.as_mapping(),
         "solver": solver.config.as_mapping(),
         "obstacles": {name: _obstacle_mapping(shape) for name, shape in solver.obstacles.items()},
+        "grippers": {name: gripper.as_mapping() for name, gripper in solver.grippers.items()},
         "inputs": scene.inputs.as_mapping(),
         "placement": pose_as_list(scene.placement),
         "pins": list(scene.pins),
@@ -112,6 +114,8 @@ def scene_from(attachments: Mapping[str, bytes], about: Mapping[str, str]) -> Sc
             material=Material.from_mapping(values["material"]),
             solver=SolverConfig.from_mapping(values["solver"]),
             obstacles={name: _obstacle_from(name, shape, solid) for name, shape in values["obstacles"].items()},
+            # Sessions of before carry none: what grippers held in them cannot be computed again.
+            grippers={name: Gripper.from_mapping(one) for name, one in values.get("grippers", {}).items()},
             inputs=Inputs.from_mapping(values["inputs"]),
             placement=pose_from_list(values["placement"]),
             pins=tuple(values["pins"]),

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from cloth_sim_ros.recording.recorded import RecordedSession
 from cloth_sim_ros.recording.recorder import RECORD, Recorder
 from cloth_sim_ros.recording.setup import attachments_of, metadata_of, scene_from
 from cloth_sim_ros.session import SessionError, SessionWriter
+from cloth_sim_ros.share import find_scene
 
 INPUTS = Inputs(
     grasps={"hand": Grasp(pose=Pose((0.1, 1 / 3, -2.5), (0.1, 0.2, 0.3, 0.9)), closure=0.7, radius=0.05)},
@@ -217,3 +219,16 @@ def test_the_pieces_of_a_scene_and_their_groups_come_back(tmp_path):
     assert back.digest == scene.mesh.digest
     for kept, given in ((back.pieces, scene.mesh.pieces), (back.groups, scene.mesh.groups)):
         assert {n: m.tolist() for n, m in kept.items()} == {n: m.tolist() for n, m in given.items()}
+
+
+@pytest.mark.parametrize("name", ["gripper", "river", "scarf"])
+def test_nothing_of_a_scene_but_its_script_is_forgotten(name):
+    scene = Scene.load(find_scene(name))
+    solver, _ = scene.build()
+    attachments, about = attachments_of(scene, solver, {}), metadata_of(scene, solver, "/a", "inputs")["cloth_sim"]
+    back = scene_from(attachments, about)
+    for field in dataclasses.fields(Scene):
+        if field.name not in ("mesh", "script"):
+            assert getattr(back, field.name) == getattr(scene, field.name), field.name
+    assert back.mesh.digest == scene.mesh.digest
+    assert back.build()[0].grippers == solver.grippers
