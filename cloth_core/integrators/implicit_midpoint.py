@@ -6,10 +6,11 @@ minimises |z - y|^2_M / (h^2 / 2) + E(z) with y the inertial prediction. From y,
 one product with the constant W reconciles them with inertia. Unlike the paper's predictor it does not damp what moves
 without deforming.
 
-Two things differ from the textbook. The velocity kept is the displacement over the substep, so that contacts and the
+Three things differ from the textbook. The velocity kept is the displacement over the substep, so that contacts and the
 stretch limit, which move positions, end impacts as they should; the half step h a / 2 by which the rule's velocity is
 ahead is kept apart, as ``lag``. And threads at their stretch limit pull with a ``tension`` that W spreads over the
-cloth (augmented Lagrangian): sweeps alone would have to lift the cloth anew in every substep.
+cloth (augmented Lagrangian): sweeps alone would have to lift the cloth anew in every substep. And what obstacles hold
+is held before springs choose their directions, and borne after it, for W knows of no contacts.
 """
 
 from __future__ import annotations
@@ -55,11 +56,12 @@ class ImplicitMidpoint:
         least = LEAST_STRETCH_DAMPING if model.bends else 0.0
         self._viscosity = max(model.material.stretch_damping, least) / half
         self._filter = model.filter_by((1.0 + self._viscosity) * model.stretch, half * half)
+        self._bearing = model.bear_by(self._filter)
         self._every = _longest_run(substeps, model.h)
         self._bending = self._bending_for(self._every * model.h) if model.bends else None
         shape = model.mesh.rest_position.shape
         self.air_force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
-        self._no_bending = np.zeros(shape)
+        self._no_bending, self._end = np.zeros(shape), np.zeros(shape)
         self._most_lag = RESOLVED / model.h * _shortest_thread(model.mesh)
 
     @staticmethod
@@ -92,6 +94,8 @@ class ImplicitMidpoint:
         model, scale = self.model, 0.25 * self.model.h * self.model.h
         force = self._right_side[held] / scale
         model.add_rows(model.stretch, held, self._change, -(1.0 + self._viscosity), force)
+        # What is borne moves the end, of which the middle is half, and has no share in the lag.
+        model.add_rows(model.stretch, held, self._bearing.borne, -0.25 * (1.0 + self._viscosity), force)
         if model.bends:
             model.add_rows(model.bending, held, position, -1.0, force)
         return force
@@ -109,13 +113,17 @@ class ImplicitMidpoint:
             velocity = self._bending.damp(position, velocity, substep.held)
             self._bending.bend(position, velocity, self._lag, substep.gravity, substep.held)
         inertial, middle = self.predict(position, velocity, substep)
+        self.meet(position, inertial, middle, substep)
         for number in range(self.iterations):
             self.relax(position, inertial, middle, substep.held, settled=number > 0)
         end, sweeps, excess = self.finish(position, inertial, middle, substep)
         if excess > ALARMING_EXCESS and substep.sweeps > USUAL_SWEEPS and not model.contacts.touching:
             self.relax(position, inertial, middle, substep.held, settled=True)
             end, _, excess = self.finish(position, inertial, middle, substep)
-        midpoint.renew_lag(position, velocity, middle, substep.h, self._lag)
+        bearing = self._bearing
+        midpoint.renew_lag(position, velocity, middle, bearing.met, substep.h, self._lag)
+        if model.contacts.touching:
+            midpoint.end_acceleration(bearing.borne, substep.h, self._lag)
         midpoint.bound_lag(substep.gravity, substep.h, self._most_lag, self._lag)
         self._lag[substep.held] = 0.0
         settled = model.settle(position, velocity, end, substep)
@@ -141,6 +149,13 @@ class ImplicitMidpoint:
         inertial[substep.held] = 0.5 * (position[substep.held] + substep.target)
         middle[:] = inertial
         return inertial, middle
+
+    def meet(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, substep: Substep) -> None:
+        """Push out of obstacles what ``inertial`` leads into them, and ``middle`` with it, both (V, 3) m, in place."""
+        midpoint.extrapolate(position, inertial, self._end)
+        if self._bearing.meet(position, self._end, substep.h):
+            inertial += 0.5 * self._bearing.met
+            middle[:] = inertial
 
     def relax(
         self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray, *, settled: bool
@@ -172,6 +187,7 @@ class ImplicitMidpoint:
         model.balance.correct(middle, inertial, middle, substep.held)
         midpoint.extrapolate(position, middle, end)
         end[substep.held] = substep.target
+        self._bearing.bear(position, end, substep.held, substep.h)
         model.limit.find(end, self._tension)
         model.limit.carry(position, end, self._tension)
         sweeps, excess = model.limit_stretch_in_contact(position, end, substep, USUAL_SWEEPS, TOLERATED_EXCESS)

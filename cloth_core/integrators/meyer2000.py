@@ -75,6 +75,7 @@ class Meyer2000:
         inertial = position + dt * velocity + dt * dt * outer / model.mass[:, None]
         model.balance.correct(position, inertial, moved, substep.held, hanging=False)
         moved[substep.held] = substep.target
+        model.contacts.find(position, moved, substep.h)
         sweeps, excess = model.limit_stretch_in_contact(position, moved, substep)
         return moved, model.settle(position, velocity, moved, substep), sweeps, excess
 

@@ -16,6 +16,7 @@ from cloth_core.linear import Assembly, ImplicitFilter, Plans
 from cloth_core.material import Material
 from cloth_core.mesh import ClothMesh
 from cloth_core.obstacles import Obstacle
+from cloth_core.physics.bearing import Bearing
 from cloth_core.physics.contacts import Contacts
 from cloth_core.physics.immersion import Immersion
 from cloth_core.physics.membrane import Membrane
@@ -87,6 +88,7 @@ class Model:
         self.wakes = Wakes(obstacles, self.contacts, config)
         self.immersion = Immersion(mesh, material, self.mass)
         self.drag = 0.5 * config.air_density * material.drag
+        self._bearing: Bearing | None = None
         self._area_vector = np.empty((mesh.vertex_count, 3))
 
     def filter_by(self, stiffness: csr_matrix, scale: float) -> ImplicitFilter:
@@ -98,6 +100,12 @@ class Model:
         )  # fmt: skip
         self._filters.append(made)
         return made
+
+    def bear_by(self, spread: ImplicitFilter) -> Bearing:
+        """What obstacles bear, spread over the cloth by one of the filters; it follows what is held from now on."""
+        stiffness = 0.25 * self.h**2 * self.stretch.diagonal()
+        self._bearing = Bearing(self.contacts, self.mesh, self.mass, stiffness, spread.solve)
+        return self._bearing
 
     @property
     def representation(self) -> str:
@@ -116,6 +124,8 @@ class Model:
             held_filter.hold(grasped)
         self.limit.hold(held)
         self.contacts.hold(held)
+        if self._bearing is not None:
+            self._bearing.hold(held)
         if self.self_contacts is not None:
             self.self_contacts.hold(held)
 
@@ -156,7 +166,6 @@ class Model:
         Returns:
             Sweeps done, and the worst excess over the stretch limit met in the last one (a ratio).
         """
-        self.contacts.find(start, position, substep.h)
         layers = self.self_contacts
         if layers is not None:
             layers.find(start, position, substep.h, substep.number)

@@ -42,7 +42,9 @@ class Points(NamedTuple):
     spent: np.ndarray
     """(P,) m, what friction took back so far."""
     normal: np.ndarray
-    """(P, 3) of the last push, in the world."""
+    """(P, 3) of the obstacle, in the world, when the point was looked at last."""
+    gap: np.ndarray
+    """(P,) m above the shell, with what ``depth`` allows, where that left the point."""
     shift: np.ndarray
     """(P, 3) m, by which pushes, friction and impact have moved the point so far."""
 
@@ -79,9 +81,8 @@ def add(vectors, p, x, y, z):
 
 
 @inlined_kernel
-def push(position, corners, corner, weight, yields, p, inverse_mass, way, nx, ny, nz, normal, pushed, shift):
+def push(position, corners, corner, weight, yields, p, inverse_mass, way, nx, ny, nz, pushed, shift):
     """Push point ``p`` by ``way`` m along a unit normal, and write down that it was."""
-    normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
     move(position, corners, corner, weight, yields, p, inverse_mass, way * nx, way * ny, way * nz)
     pushed[p] += way
     add(shift, p, way * nx, way * ny, way * nz)
@@ -113,12 +114,12 @@ def gap(kind, size, rotation, origin, plane, x, y, z):
 def push_out(position, bodies: Bodies, points: Points, count, inverse_mass, shell):
     """Bring points that are too deep back to the shell (eq. 6, with the exact normal).
 
-    The first ``count`` of the ``points``, but for those that are where they were left. Adds up ``pushed``, stores the
-    ``normal``. Returns the largest distance pushed, m.
+    The first ``count`` of the ``points``, but for those that are where they were left. Adds up ``pushed``, stores
+    ``normal`` and ``gap``. Returns the largest distance pushed, m.
     """
     corners, corner, weight, yields = points.corners, points.corner, points.weight, points.yields
     body, depth, plane, left = points.body, points.depth, points.plane, points.left
-    pushed, normal, shift = points.pushed, points.normal, points.shift
+    pushed, normal, shift, above = points.pushed, points.normal, points.shift, points.gap
     kind, size, rotation, origin = bodies.kind, bodies.size, bodies.rotation, bodies.origin
     most = 0.0
     for p in range(count):
@@ -128,8 +129,10 @@ def push_out(position, bodies: Bodies, points: Points, count, inverse_mass, shel
         o = body[p]
         distance, nx, ny, nz = gap(kind[o], size[o], rotation[o], origin[o], plane[p], x, y, z)
         way = shell - depth[p] - distance
+        above[p] = max(0.0, -way)
+        normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
         if way > LEAST_PUSH:
-            push(position, corners, corner, weight, yields, p, inverse_mass, way, nx, ny, nz, normal, pushed, shift)
+            push(position, corners, corner, weight, yields, p, inverse_mass, way, nx, ny, nz, pushed, shift)
             most = max(most, way)
     return most
 

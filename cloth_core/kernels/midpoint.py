@@ -31,15 +31,30 @@ def extrapolate(position, middle, end):
 
 
 @lane_kernel
-def renew_lag(position, velocity, middle, h, lag):
+def renew_lag(position, velocity, middle, met, h, lag):
     """Renew the ``lag`` (V, 3) m/s after a substep of ``h`` s that began at ``position`` with ``velocity``.
 
     It is the half step by which the velocity of the rule runs ahead of the mean velocity of the substep: h / 2 times
-    the mean acceleration.
+    the mean acceleration. What obstacles ``met`` (V, 3) m of the substep's way with is an impact, and not part of it.
     """
     for v in range(position.shape[0]):
         for a in range(3):
-            lag[v, a] = 2.0 * (middle[v, a] - position[v, a]) / h - velocity[v, a] - lag[v, a]
+            way = 2.0 * (middle[v, a] - position[v, a]) - met[v, a]
+            lag[v, a] = way / h - velocity[v, a] - lag[v, a]
+
+
+@lane_kernel
+def end_acceleration(way, h, lag):
+    """Take from a ``lag`` (V, 3) m/s what obstacles offset of it, having moved the cloth by ``way`` (V, 3) m; in place.
+
+    What rests is not accelerated. More is not taken: an impact ends a motion, and does not turn it round.
+    """
+    for v in range(lag.shape[0]):
+        x, y, z = way[v, 0], way[v, 1], way[v, 2]
+        square = x * x + y * y + z * z
+        if square > 0.0:
+            share = min(max(-h * (lag[v, 0] * x + lag[v, 1] * y + lag[v, 2] * z) / square, 0.0), 1.0) / h
+            lag[v, 0], lag[v, 1], lag[v, 2] = lag[v, 0] + share * x, lag[v, 1] + share * y, lag[v, 2] + share * z
 
 
 @lane_kernel

@@ -202,6 +202,30 @@ class Contacts(HeldMasses):
                 return
             self._points = _room(2 * self._count)
 
+    def find_again(self, start: np.ndarray, predicted: np.ndarray, h: float) -> None:
+        """As :meth:`find`, for vertices that turned out to go elsewhere; what was done so far is added up."""
+        if self._count:
+            impulses.add_impulses(
+                predicted, h, self._bodies, self._points, self._count, self._inverse_mass, self._component,
+                self.pressed, self.press,
+            )  # fmt: skip
+        self.find(start, predicted, h)
+
+    @property
+    def points(self) -> Points:
+        """What may touch in this substep; the first :attr:`count` do."""
+        return self._points
+
+    @property
+    def count(self) -> int:
+        """How many points may touch."""
+        return self._count
+
+    @property
+    def shell(self) -> float:
+        """m from obstacles that points keep."""
+        return self._config.contact_shell
+
     @property
     def origins(self) -> np.ndarray:
         """(O, 3) m, where the frames of the obstacles stand."""
@@ -277,5 +301,6 @@ def _room(count: int) -> Points:
         pushed=np.zeros(count),
         spent=np.zeros(count),
         normal=np.zeros((count, 3)),
+        gap=np.zeros(count),
         shift=np.zeros((count, 3)),
     )

@@ -152,6 +152,7 @@ def points_on(random: np.random.Generator, vertices: int, count: int, body: np.n
         "spent": np.zeros(count),
         "normal": np.zeros((count, 3)),
         "shift": np.zeros((count, 3)),
+        "gap": np.zeros(count),
     }
     return contact.Points(corners=corners, corner=corner, weight=weight, yields=yields, body=body, **room)
 
@@ -293,7 +294,7 @@ def test_a_plane_that_was_touched_first_counts_whatever_is_behind_it():
         corners=np.ones(1, np.int8), corner=np.zeros((1, 3), np.uint32), weight=np.ones((1, 3)), yields=np.ones(1),
         body=np.zeros(1, np.int32), depth=np.zeros(1), plane=np.array([[0.0, 0.0, 1.0, 0.1]]),
         left=np.full((1, 3), np.nan), pushed=np.zeros(1), spent=np.zeros(1), normal=np.zeros((1, 3)),
-        shift=np.zeros((1, 3)),
+        shift=np.zeros((1, 3)), gap=np.zeros(1),
     )  # fmt: skip
     x = origin + np.array([[0.02, 0.03, -0.5]]) @ rotation[0].T  # far behind the sphere
     assert contact.push_out(x, found, points, 1, np.ones(1), 0.01) == pytest.approx(0.61)

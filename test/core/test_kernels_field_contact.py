@@ -105,7 +105,7 @@ def room(count: int) -> Points:
         corners=np.ones(count, np.int8), corner=np.zeros((count, 3), np.uint32), weight=np.ones((count, 3)),
         yields=np.zeros(count), body=np.zeros(count, np.int32), depth=np.zeros(count), plane=np.zeros((count, 4)),
         left=np.full((count, 3), np.nan), pushed=np.zeros(count), spent=np.zeros(count), normal=np.zeros((count, 3)),
-        shift=np.zeros((count, 3)),
+        shift=np.zeros((count, 3)), gap=np.zeros(count),
     )  # fmt: skip
 
 
