@@ -35,6 +35,7 @@ SHOTS = {
     "drape": Shot(3.0, "cotton"),
     "tablecloth": Shot(6.4, "gingham"),
     "runner": Shot(5.2, "silk"),
+    "clothesline": Shot(5.2, "silk"),
     "mannequin": Shot(2.5, "cotton"),
     "bust": Shot(5.0, "silk"),
     "office": Shot(4.0, "gingham"),

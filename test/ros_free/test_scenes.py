@@ -127,6 +127,20 @@ def test_the_runner_is_pulled_off_and_the_square_under_it_stays():
     assert np.isin(played.states[10].held, runner).all()
 
 
+def test_the_towel_hangs_over_the_line_until_it_is_pulled_off():
+    """In the middle of the rope, whose surface is 1.504 m high; one flap is longer than the other."""
+    (played,) = play_rounds("clothesline")
+    rope = 1.5
+    for time in (2, 9):
+        x = played.states[time].position
+        assert rope < x[:, 2].max() < rope + 0.02
+        assert x[:, 2].mean() < rope - 0.15
+        assert (np.ptp(x[:, 2]) > 0.4) and (x[:, 2].min() > rope - 0.48)
+    front = played.states[2].position.reshape(41, 26, 3)
+    assert front[0, :, 2].mean() > front[-1, :, 2].mean() + 0.05
+    assert played.states[-1].position[:, 2].max() < 1.3 and len(played.states[-1].grips["hand"].vertex) > 0
+
+
 def apart(name: str, obstacle: str, state: State) -> float:
     """m between the cloth and an obstacle."""
     scene = Scene.load(find_scene(name))
