@@ -113,9 +113,11 @@ class ImplicitMidpoint:
             velocity = self._bending.damp(position, velocity, substep.held)
             self._bending.bend(position, velocity, self._lag, substep.gravity, substep.held)
         inertial, middle = self.predict(position, velocity, substep)
-        self.meet(position, inertial, middle, substep)
-        for number in range(self.iterations):
-            self.relax(position, inertial, middle, substep.held, settled=number > 0)
+        met = self.meet(position, inertial, middle, substep)
+        self.iterate(position, inertial, middle, substep.held)
+        if met and self._strays(position, middle):
+            self.undo_meeting(inertial, middle)
+            self.iterate(position, inertial, middle, substep.held)
         end, sweeps, excess = self.finish(position, inertial, middle, substep)
         if excess > ALARMING_EXCESS and substep.sweeps > USUAL_SWEEPS and not model.contacts.touching:
             self.relax(position, inertial, middle, substep.held, settled=True)
@@ -150,12 +152,34 @@ class ImplicitMidpoint:
         middle[:] = inertial
         return inertial, middle
 
-    def meet(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, substep: Substep) -> None:
-        """Push out of obstacles what ``inertial`` leads into them, and ``middle`` with it, both (V, 3) m, in place."""
+    def meet(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, substep: Substep) -> bool:
+        """Push out of obstacles what ``inertial`` leads into them, and ``middle`` with it, both (V, 3) m, in place.
+
+        Returns:
+            Whether there was anything.
+        """
         midpoint.extrapolate(position, inertial, self._end)
-        if self._bearing.meet(position, self._end, substep.h):
-            inertial += 0.5 * self._bearing.met
-            middle[:] = inertial
+        if not self._bearing.meet(position, self._end, substep.h):
+            return False
+        inertial += 0.5 * self._bearing.met
+        middle[:] = inertial
+        return True
+
+    def _strays(self, position: np.ndarray, middle: np.ndarray) -> bool:
+        """Whether threads lead far from where obstacles were met: what was held there does not tell what will be."""
+        midpoint.extrapolate(position, middle, self._end)
+        return self._bearing.strays(self._end)
+
+    def undo_meeting(self, inertial: np.ndarray, middle: np.ndarray) -> None:
+        """Leave what obstacles do to the sweeps: where inertia alone leads, ``middle`` and ``inertial`` (V, 3) m."""
+        inertial -= 0.5 * self._bearing.met
+        middle[:] = inertial
+        self._bearing.forget()
+
+    def iterate(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray) -> None:
+        """As many local and global steps as are wanted, of a ``middle`` (V, 3) m that is at ``inertial``, in place."""
+        for number in range(self.iterations):
+            self.relax(position, inertial, middle, held, settled=number > 0)
 
     def relax(
         self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray, *, settled: bool

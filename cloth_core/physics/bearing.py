@@ -56,7 +56,7 @@ class Bearing(HeldMasses):
         threads = np.flatnonzero(mesh.spring_limited)
         self._threads = stiffness / mass, *_neighbours(mesh.spring_ends[threads], len(mass))
         usual = float(np.median(mesh.spring_rest[threads])) if len(threads) else 0.0
-        self._negligible = NEGLIGIBLE * usual
+        self._negligible, self._known = NEGLIGIBLE * usual, True
         shape = mass.shape[0], 3
         self._expected, self._total, self._kept, self._moved = (np.zeros(shape) for _ in range(4))
         self._hard, self._rooms = np.zeros((len(mass), 6)), np.zeros((2, 0, 3))
@@ -72,6 +72,7 @@ class Bearing(HeldMasses):
         """Find what may touch in ``h`` s from ``start`` to ``end`` (V, 3) m, and push that out; whether any was."""
         contacts = self._contacts
         self.met[:] = self.borne[:] = 0.0
+        self._known = True
         contacts.find(start, end, h)
         self._expected[:] = end
         if contacts.count == 0 or contacts.push_out(end) == 0.0:
@@ -81,10 +82,19 @@ class Bearing(HeldMasses):
         self._expected[:] = end
         return True
 
+    def strays(self, end: np.ndarray) -> bool:
+        """Whether the ``end`` (V, 3) m is farther from where points were looked for than they are looked for."""
+        return bool(self._contacts.names) and kernels.farthest_apart(end, self._expected) > self._contacts.shell
+
+    def forget(self) -> None:
+        """Nothing was met in this substep, and who may touch is to be found again."""
+        self.met[:] = 0.0
+        self._known = False
+
     def bear(self, start: np.ndarray, end: np.ndarray, held: np.ndarray, h: float) -> None:
         """Keep threads from drawing points into obstacles: move ``end`` (V, 3) m by forces."""
         contacts = self._contacts
-        if contacts.names and kernels.farthest_apart(end, self._expected) > contacts.shell:
+        if not self._known or self.strays(end):
             contacts.find_again(start, end, h)
         elif contacts.count > 0:
             self._spread_forces(start, end, held)
