@@ -34,11 +34,12 @@ SHOTS = {
     "flag": Shot(4.0, "bunting"),
     "drape": Shot(3.0, "cotton"),
     "tablecloth": Shot(6.4, "gingham"),
+    "gripper": Shot(6.0, "silk"),
     "runner": Shot(5.2, "silk"),
     "clothesline": Shot(5.2, "silk"),
     "mannequin": Shot(2.5, "cotton"),
     "bust": Shot(5.0, "silk"),
-    "office": Shot(4.0, "gingham"),
+    "office": Shot(3.3, "gingham"),
     "ellipsoid_man": Shot(4.0, "silk"),
 }
 """By the scene's name; others are shown by ``Shot()``."""
