@@ -92,12 +92,15 @@ class Bearing(HeldMasses):
         self._known = False
 
     def bear(self, start: np.ndarray, end: np.ndarray, held: np.ndarray, h: float) -> None:
-        """Keep threads from drawing points into obstacles: move ``end`` (V, 3) m by forces."""
+        """Keep threads from drawing points into obstacles: move ``end`` (V, 3) m by forces, pushes and friction."""
         contacts = self._contacts
         if not self._known or self.strays(end):
             contacts.find_again(start, end, h)
         elif contacts.count > 0:
             self._spread_forces(start, end, held)
+        if contacts.count > 0:  # The stretch limit shall not count on what obstacles do not let slide.
+            contacts.push_out(end)
+            contacts.apply_friction(start, end)
 
     def _spread_forces(self, start: np.ndarray, end: np.ndarray, held: np.ndarray) -> None:
         count = self._contacts.count
