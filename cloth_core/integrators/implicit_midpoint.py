@@ -8,7 +8,7 @@ without deforming.
 
 Three things differ from the textbook. The velocity kept is the displacement over the substep, so that contacts and the
 stretch limit, which move positions, end impacts as they should; the half step h a / 2 by which the rule's velocity is
-ahead is kept apart, as ``lag``. And threads at their stretch limit pull with a ``tension`` that W spreads over the
+ahead is kept apart, as ``lag``. Threads at their stretch limit pull with a ``tension`` that W spreads over the
 cloth (augmented Lagrangian): sweeps alone would have to lift the cloth anew in every substep. And what obstacles hold
 is held before springs choose their directions, and borne after it, for W knows of no contacts.
 """

@@ -219,7 +219,7 @@ def give(points: Points, count, inverse_mass, hard, total, lack, force, moved, e
 
     Of what W has ``moved`` (V, 3) m by what threads bear of it, that counts which goes along threads; across them the
     ``total`` (V, 3) meets inertia alone. ``moved`` becomes by how much the cloth has moved. Best is what brings points
-    to what they ``lack`` (P, 3) m with the least effort; more than the whole force is not given.
+    to what they ``lack`` (P, 3) m with the least effort.
     """
     corners, corner, weight, yields = points.corners, points.corner, points.weight, points.yields
     pushed, spent, normal, shift = points.pushed, points.spent, points.normal, points.shift

@@ -10,7 +10,8 @@ would be hurled about. So contacts come first and last:
 - W lets them draw what is held along. What threads thus draw into an obstacle is brought back by forces that W
   spreads. It takes a thread for as stiff across as along, so it bears what goes along the threads alone; across them
   a point is pushed against its own inertia. One force for each point, as if it were alone, and the best share of them
-  all together: one step of steepest descent, and one product with W. The sweeps do the rest.
+  all together: a step of steepest descent, and a product with W; a few such rounds at most. Pushes and friction follow,
+  before the stretch limit looks. The sweeps do the rest.
 """
 
 from __future__ import annotations
