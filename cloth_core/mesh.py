@@ -81,6 +81,12 @@ class ClothMesh:
         checks.check_arrays({name: value for name, value in arrays.items() if isinstance(value, np.ndarray)})
 
     @property
+    def usual_thread(self) -> float:
+        """m, the median rest length of the springs that the stretch limit holds for; if it holds for none, of all."""
+        threads = self.spring_rest[self.spring_limited] if self.spring_limited.any() else self.spring_rest
+        return float(np.median(threads)) if len(threads) else 0.0
+
+    @property
     def vertex_count(self) -> int:
         """Number of vertices V."""
         return len(self.rest_position)

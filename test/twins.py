@@ -441,13 +441,54 @@ def bent(x, v, mass, bending, lasting, time, held, lag, gravity):
     return damped, balanced(x, np.zeros_like(x), change, mass, held) / time
 
 
+def along_threads(z, spring_vertex, rest, k, scale):
+    """(V, 3, 3) kg of threads along themselves, and (V,) kg across: at each vertex, as if the others stayed."""
+    along, across = np.zeros((len(z), 3, 3)), np.zeros(len(z))
+    for (i, j), length, stiffness in zip(spring_vertex, rest, k, strict=True):
+        way = z[j] - z[i]
+        now = np.linalg.norm(way)
+        for n in (i, j):
+            along[n] += scale * stiffness * np.outer(way, way) / now**2
+            across[n] += 2 * scale * stiffness * abs(now - length) / now
+    return along, across
+
+
+def projections(along, mass, soft=0.7):
+    """(V, 3, 3) onto what is stiffer than ``soft`` times the mass."""
+    value, axis = np.linalg.eigh(along)
+    share = value / (value + soft * mass[:, None])
+    for _ in range(2):
+        share = 3.0 * share**2 - 2.0 * share**3
+    return np.einsum("vae,ve,vbe->vab", axis, share, axis)
+
+
+def spread_along(solve, push, along, across, mass):
+    """P W P + (1 - P) (m + s)^-1 (1 - P), times ``push`` (V, 3); ``solve`` is W."""
+    p = projections(along, mass)
+    q = np.eye(3) - p
+    moved = np.einsum("vab,vb->va", p, solve(np.einsum("vab,vb->va", p, push)))
+    return moved + np.einsum("vab,vbc,vc->va", q, q, push) / (mass + across)[:, None]
+
+
+def buckled(z, residual, solve, spring_vertex, rest, k, scale, mass, held, farthest):
+    """By how much the middle ``z`` moves when threads give way across themselves; ``residual`` is of a middle."""
+    change = spread_along(solve, residual(z), *along_threads(z, spring_vertex, rest, k, scale), mass)
+    change *= np.minimum(1.0, farthest / np.maximum(np.linalg.norm(change, axis=1), 1e-300))[:, None]
+    change[held] = 0.0
+    change = balanced(z, np.zeros_like(z), change, mass, held)
+    slope, beyond = np.sum(change * residual(z)), np.sum(change * residual(z + change))
+    return change * (slope / (slope - beyond) if beyond < 0 else 1.0)
+
+
 def midpoint_step(
-    x, v, lag, mass, spring_vertex, rest, k, stretch_lasting, bending, bend_lasting, gravity, h, held, iterations
-):
+    x, v, lag, mass, spring_vertex, rest, k, stretch_lasting, bending, bend_lasting, gravity, h, held, iterations,
+    thread,
+):  # fmt: skip
     """One substep of x' = x + h (V + V') / 2, V' = V + h a(middle) with V = v + lag; (new x, new v, new lag).
 
     Held vertices stay; no stretch limit. The middle z solves M (z - y) = h^2 / 4 f(z), y the inertial middle. Each
     iteration replaces f by its value plus (1 + viscosity) times the constant Hessian L of springs without rest length.
+    If the last one changes the middle by more than a hundredth of a ``thread``, another one lets threads buckle.
     """
     v, bending_acceleration = bent(x, v, mass, bending, bend_lasting, h, held, lag, gravity)
     laplacian = np.zeros((len(x), len(x)))
@@ -459,16 +500,27 @@ def midpoint_step(
     quarter, hessian = h * h / 4, (1 + viscosity) * laplacian
     inertial = x + h / 2 * (v + lag) + quarter * (gravity + bending_acceleration)
     inertial[held] = x[held]
-    z = inertial
-    for _ in range(iterations):
+    z, sudden = inertial, np.zeros_like(x)
+
+    def residual(z):
         force = elastic_forces(z, x, spring_vertex, rest, k, np.zeros(len(k)), viscosity)
-        right = mass[:, None] * inertial + quarter * (force + hessian @ z)
-        z = reduced_solve(np.diag(mass) + quarter * hessian, right, held, x[held])
+        return mass[:, None] * (inertial - z) + quarter * force
+
+    def solve(push):
+        return reduced_solve(np.diag(mass) + quarter * hessian, push, held, np.zeros((len(held), 3)))
+
+    for _ in range(iterations):
+        change = solve(residual(z))
+        z = z + change
+    hundredth = 0.01 * thread
+    if np.abs(change).max() > hundredth:
+        change = buckled(z, residual, solve, spring_vertex, rest, k, quarter * (1 + viscosity), mass, held, hundredth)
+        z, sudden = z + change, 2 * change
     z = balanced(z, inertial, z, mass, held)
     end = 2 * z - x
-    ahead = 2 * (end - x) / h - (v + lag)  # V', since the mean of V and V' is the displacement over h
-    ahead[held] = 0.0
     velocity = (end - x) / h
+    ahead = 2 * (end - x - sudden / 2) / h - (v + lag)  # V', since the mean of V and V' is the displacement over h
+    ahead[held] = 0.0
     lag = ahead - velocity - h / 2 * gravity
     for i in np.setdiff1d(np.arange(len(x)), held):  # what moves it by more than a tenth of a thread is left out
         shortest = min(length for pair, length in zip(spring_vertex, rest, strict=True) if i in pair)

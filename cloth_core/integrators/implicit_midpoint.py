@@ -6,11 +6,12 @@ minimises |z - y|^2_M / (h^2 / 2) + E(z) with y the inertial prediction. From y,
 one product with the constant W reconciles them with inertia. Unlike the paper's predictor it does not damp what moves
 without deforming.
 
-Three things differ from the textbook. The velocity kept is the displacement over the substep, so that contacts and the
+Four things differ from the textbook. The velocity kept is the displacement over the substep, so that contacts and the
 stretch limit, which move positions, end impacts as they should; the half step h a / 2 by which the rule's velocity is
 ahead is kept apart, as ``lag``. Threads at their stretch limit pull with a ``tension`` that W spreads over the
-cloth (augmented Lagrangian): sweeps alone would have to lift the cloth anew in every substep. And what obstacles hold
-is held before springs choose their directions, and borne after it, for W knows of no contacts.
+cloth (augmented Lagrangian): sweeps alone would have to lift the cloth anew in every substep. What obstacles hold is
+held before springs choose their directions, and borne after it, for W knows of no contacts. And where the iteration
+changes much, another one lets pressed threads buckle, for W takes them for as stiff across as along.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
-from cloth_core.kernels import midpoint, surface
+from cloth_core.kernels import along, midpoint, surface
 from cloth_core.mesh import ClothMesh
+from cloth_core.physics.along import AlongThreads
 from cloth_core.physics.bending import LEAST_DAMPING, SLOWEST, Bending
 
 LONGEST_SUBSTEP = 0.0025
@@ -35,6 +37,8 @@ excites the fastest threads, which the rule itself does not damp."""
 USUAL_SWEEPS, TOLERATED_EXCESS = 6, 0.005
 """After so many sweeps, more follow only for an excess above this ratio. Fewer would come and go with the excess, and
 what hangs still would tremble."""
+MUCH = 0.01
+"""Of the usual thread, that a local and global step may change a vertex without another one."""
 RESOLVED = 0.1
 """Share of the shortest thread at a vertex by which half an acceleration may move it in a substep. One step of W
 follows threads that turn by a small angle; beyond, the midpoint rule feeds a whipping chain without end. There what
@@ -56,12 +60,14 @@ class ImplicitMidpoint:
         least = LEAST_STRETCH_DAMPING if model.bends else 0.0
         self._viscosity = max(model.material.stretch_damping, least) / half
         self._filter = model.filter_by((1.0 + self._viscosity) * model.stretch, half * half)
+        self._along = AlongThreads(model.sheet, model.mass, self._filter.solve)
         self._bearing = model.bear_by(self._filter)
         self._every = _longest_run(substeps, model.h)
         self._bending = self._bending_for(self._every * model.h) if model.bends else None
         shape = model.mesh.rest_position.shape
         self.air_force, self._right_side, self._change, self._inertial = (np.zeros(shape) for _ in range(4))
-        self._no_bending, self._end = np.zeros(shape), np.zeros(shape)
+        self._nothing, self._end, self._sudden = (np.zeros(shape) for _ in range(3))
+        self._much = MUCH * model.mesh.usual_thread
         self._most_lag = RESOLVED / model.h * _shortest_thread(model.mesh)
 
     @staticmethod
@@ -123,7 +129,7 @@ class ImplicitMidpoint:
             self.relax(position, inertial, middle, substep.held, settled=True)
             end, _, excess = self.finish(position, inertial, middle, substep)
         bearing = self._bearing
-        midpoint.renew_lag(position, velocity, middle, bearing.met, substep.h, self._lag)
+        midpoint.renew_lag(position, velocity, middle, self._sudden, substep.h, self._lag)
         if model.contacts.touching:
             midpoint.end_acceleration(bearing.borne, substep.h, self._lag)
         midpoint.bound_lag(substep.gravity, substep.h, self._most_lag, self._lag)
@@ -138,7 +144,7 @@ class ImplicitMidpoint:
         Held vertices are halfway to their targets.
         """
         model, inertial, middle = self.model, self._inertial, np.empty_like(position)
-        bending = self._no_bending if self._bending is None else self._bending.acceleration
+        bending = self._nothing if self._bending is None else self._bending.acceleration
         self.air_force[:] = 0.0
         if model.drag > 0.0 or substep.fluids is not None:
             surface.add_relative_drag(
@@ -159,7 +165,9 @@ class ImplicitMidpoint:
             Whether there was anything.
         """
         midpoint.extrapolate(position, inertial, self._end)
-        if not self._bearing.meet(position, self._end, substep.h):
+        met = self._bearing.meet(position, self._end, substep.h)
+        self._sudden[:] = self._bearing.met
+        if not met:
             return False
         inertial += 0.5 * self._bearing.met
         middle[:] = inertial
@@ -174,12 +182,18 @@ class ImplicitMidpoint:
         """Leave what obstacles do to the sweeps: where inertia alone leads, ``middle`` and ``inertial`` (V, 3) m."""
         inertial -= 0.5 * self._bearing.met
         middle[:] = inertial
+        self._sudden[:] = 0.0
         self._bearing.forget()
 
     def iterate(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray) -> None:
-        """As many local and global steps as are wanted, of a ``middle`` (V, 3) m that is at ``inertial``, in place."""
+        """As many local and global steps as are wanted, of a ``middle`` (V, 3) m that is at ``inertial``, in place.
+
+        One more where they change much: that is where cloth meets something, and its threads are pressed.
+        """
         for number in range(self.iterations):
             self.relax(position, inertial, middle, held, settled=number > 0)
+        if along.farthest(self._change) > self._much:
+            self.buckle(position, inertial, middle, held)
 
     def relax(
         self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray, *, settled: bool
@@ -189,15 +203,43 @@ class ImplicitMidpoint:
         In terms of what ``middle`` still has to move, so that W need not be exact; ``settled`` says whether it
         has left ``inertial`` already.
         """
+        self._find_right_side(position, inertial, middle, settled=settled)
+        self._change[held] = 0.0  # they are where they shall be
+        self._filter.solve(self._right_side, self._change)
+        middle += self._change
+
+    def buckle(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray) -> None:
+        """One local and one global step in which threads give way across themselves, as far as that leads down.
+
+        No vertex goes farther than what calls for it, and none is thought to go on like that: it is a start that the
+        motion makes of, and cloth that whips would make too much of it.
+        """
+        model, change = self.model, self._change
+        self._along.look(middle, self._tension, 0.25 * model.h * model.h * (1.0 + self._viscosity))
+        self._find_right_side(position, inertial, middle, settled=True)
+        change[held] = 0.0
+        self._along.solve(self._right_side, change, self._much)
+        change[held] = 0.0
+        model.balance.correct(middle, self._nothing, change, held)
+        slope = np.vdot(change, self._right_side)
+        middle += change
+        self._find_right_side(position, inertial, middle, settled=True)
+        beyond = np.vdot(change, self._right_side)
+        if beyond < 0.0:
+            middle -= beyond / (beyond - slope) * change
+            change *= slope / (slope - beyond)
+        self._sudden += 2.0 * change
+        change[:] = 0.0  # The right side is that of the end already.
+
+    def _find_right_side(
+        self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, *, settled: bool
+    ) -> None:
         model = self.model
         self._right_side[:] = 0.0
         if settled:
             midpoint.add_inertia(model.mass, inertial, middle, self._right_side)
         scale = 0.25 * model.h * model.h
         model.sheet.add_impulses(middle, position, self._tension, self._viscosity, scale, self._right_side)
-        self._change[held] = 0.0  # they are where they shall be
-        self._filter.solve(self._right_side, self._change)
-        middle += self._change
 
     def finish(
         self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, substep: Substep

@@ -10,46 +10,16 @@ import math
 from numba import prange
 
 from cloth_core.kernels import inlined_kernel, kernel, lane_kernel, shared_kernel
+from cloth_core.kernels.along import SOFT, joined
 from cloth_core.kernels.bodies import Bodies, surface_displacement
 from cloth_core.kernels.contact import Points, add, move, where
-
-SOFT = 0.7
-"""What threads resist a push with, beside the inertia of a vertex: from about twice that on they are what bears it."""
-
-
-@inlined_kernel
-def times(tensor, v, x, y, z):
-    """Row ``v`` of symmetric tensors (V, 6), upper half row by row, times a vector."""
-    return (
-        tensor[v, 0] * x + tensor[v, 1] * y + tensor[v, 2] * z,
-        tensor[v, 1] * x + tensor[v, 3] * y + tensor[v, 4] * z,
-        tensor[v, 2] * x + tensor[v, 4] * y + tensor[v, 5] * z,
-    )
-
-
-@inlined_kernel
-def product(p, q):
-    """Of two symmetric tensors that commute, six numbers each."""
-    a, b, c, d, e, f = p
-    g, h, i, j, k, m = q
-    return (
-        a * g + b * h + c * i, a * h + b * j + c * k, a * i + b * k + c * m,
-        b * h + d * j + e * k, b * i + d * k + e * m, c * i + e * k + f * m,
-    )  # fmt: skip
-
-
-@inlined_kernel
-def smoothed(q):
-    """3 q^2 - 2 q^3 of a symmetric tensor whose eigenvalues are 0 to 1: nearer to a projection."""
-    a, b, c, d, e, f = q
-    return product(product(q, q), (3.0 - 2.0 * a, -2.0 * b, -2.0 * c, 3.0 - 2.0 * d, -2.0 * e, 3.0 - 2.0 * f))
+from cloth_core.kernels.tensors import projection, times
 
 
 @inlined_kernel
 def find_hardness_of(v, position, stiffness, begins, neighbour, hard):
     """Row ``v`` of :func:`find_hardness`."""
-    a = d = f = SOFT
-    b = c = e = 0.0
+    a = b = c = d = e = f = 0.0
     weight = stiffness[v] / max(begins[v + 1] - begins[v], 1)
     for k in range(begins[v], begins[v + 1]):
         u = neighbour[k]
@@ -58,14 +28,7 @@ def find_hardness_of(v, position, stiffness, begins, neighbour, hard):
         share = weight / square if square > 0.0 else 0.0
         a, d, f = a + share * x * x, d + share * y * y, f + share * z * z
         b, c, e = b + share * x * y, c + share * x * z, e + share * y * z
-    # H (H + SOFT)^-1, H being what threads resist with.
-    i, j, k = d * f - e * e, c * e - b * f, b * e - c * d
-    share = SOFT / (a * i + b * j + c * k)
-    q = (
-        1.0 - share * i, -share * j, -share * k,
-        1.0 - share * (a * f - c * c), -share * (b * c - a * e), 1.0 - share * (a * d - b * b),
-    )  # fmt: skip
-    hard[v, 0], hard[v, 1], hard[v, 2], hard[v, 3], hard[v, 4], hard[v, 5] = smoothed(smoothed(q))
+    hard[v, 0], hard[v, 1], hard[v, 2], hard[v, 3], hard[v, 4], hard[v, 5] = projection((a, b, c, d, e, f), SOFT)
 
 
 @shared_kernel
@@ -224,15 +187,9 @@ def give(points: Points, count, inverse_mass, hard, total, lack, force, moved, e
     corners, corner, weight, yields = points.corners, points.corner, points.weight, points.yields
     pushed, spent, normal, shift = points.pushed, points.spent, points.normal, points.shift
     for v in range(total.shape[0]):
-        x, y, z = times(hard, v, moved[v, 0], moved[v, 1], moved[v, 2])
-        tx, ty, tz = total[v, 0], total[v, 1], total[v, 2]
-        if tx != 0.0 or ty != 0.0 or tz != 0.0:
-            kx, ky, kz = times(hard, v, tx, ty, tz)
-            tx, ty, tz = tx - kx, ty - ky, tz - kz
-            kx, ky, kz = times(hard, v, tx, ty, tz)
-            i = inverse_mass[v]
-            x, y, z = x + i * (tx - kx), y + i * (ty - ky), z + i * (tz - kz)
-        moved[v, 0], moved[v, 1], moved[v, 2] = x, y, z
+        moved[v, 0], moved[v, 1], moved[v, 2] = joined(
+            hard, v, (moved[v, 0], moved[v, 1], moved[v, 2]), (total[v, 0], total[v, 1], total[v, 2]), inverse_mass[v]
+        )
     won = effort = 0.0
     for p in range(count):
         x, y, z = where(moved, corners, corner, weight, p)

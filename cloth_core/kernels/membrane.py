@@ -14,6 +14,7 @@ from numba import prange
 from cloth_core.kernels import kernel, shared_kernel
 from cloth_core.kernels.shares import add_shares
 from cloth_core.kernels.springs import BARELY
+from cloth_core.kernels.tensors import add_square
 
 WARP, WEFT = np.int64(0), np.int64(1)
 """Columns of a gradient. Plain 0 and 1 are types of their own to numba, and :func:`thread` was compiled for each."""
@@ -141,6 +142,32 @@ def _add_impulses(
             right_side[v, 0] -= p * warp_x + q * weft_x
             right_side[v, 1] -= p * warp_y + q * weft_y
             right_side[v, 2] -= p * warp_z + q * weft_z
+
+
+@kernel
+def add_resistance(position, triangles, slope, area, direction, modulus, tension, scale, along, across):
+    """Add what gauges resist a move of each vertex with: ``along`` (V, 6) kg, tensors, and ``across`` (V,) kg.
+
+    ``scale`` s^2 times their stiffness in their own directions, and times what their force makes stiff across them:
+    three times that, so that it is enough whatever the other two corners do. One that is pressed counts as if it
+    pulled, for what buckles would go any way at once. ``modulus`` and ``tension`` as in :func:`add_membrane_impulses`.
+    """
+    for t in range(triangles.shape[0]):
+        ux, uy, uz = thread(position, triangles, slope, t, WARP)
+        vx, vy, vz = thread(position, triangles, slope, t, WEFT)
+        for d in range(direction.shape[0]):
+            p, q = direction[d, 0], direction[d, 1]
+            x, y, z = p * ux + q * vx, p * uy + q * vy, p * uz + q * vz
+            square = x * x + y * y + z * z
+            if square == 0.0:
+                continue
+            length, stiffness = math.sqrt(square), area[t] * max(modulus[d], 0.0)
+            limit = tension[t, d] if d < 2 else 0.0
+            taut = 3.0 * scale * abs(stiffness * (length - 1.0) + limit) / length
+            for n in range(3):
+                v, reading = triangles[t, n], p * slope[t, n, 0] + q * slope[t, n, 1]
+                add_square(along, v, scale * stiffness * reading * reading / square, x, y, z)
+                across[v] += taut * reading * reading
 
 
 @kernel

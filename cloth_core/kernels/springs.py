@@ -9,6 +9,7 @@ from numba import prange
 
 from cloth_core.kernels import kernel, lane_kernel, shared_kernel
 from cloth_core.kernels.shares import add_shares
+from cloth_core.kernels.tensors import add_square
 
 BATCH = 256
 """Springs in a batch: what is known of them stays in the first cache."""
@@ -130,6 +131,28 @@ def _pull(x, y, z, gain, rest, stiffness, tension, viscosity, scale):
         x[n] *= c
         y[n] *= c
         z[n] *= c
+
+
+@kernel
+def add_resistance(position, spring_vertex, rest, stiffness, tension, scale, along, across):
+    """Add what springs resist a move of each vertex with: ``along`` (V, 6) kg, tensors, and ``across`` (V,) kg.
+
+    ``scale`` s^2 times their stiffness in their own directions, and times what their force makes stiff across them:
+    twice that, so that it is enough whatever the other end does. One that is pressed counts as if it pulled, for what
+    buckles would go any way at once. ``stiffness`` and ``tension`` as in :func:`add_elastic_impulses`.
+    """
+    for s in range(spring_vertex.shape[0]):
+        i, j = spring_vertex[s, 0], spring_vertex[s, 1]
+        x, y, z = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1], position[j, 2] - position[i, 2]
+        square = x * x + y * y + z * z
+        if square == 0.0:
+            continue
+        length, k = math.sqrt(square), max(stiffness[s], 0.0)
+        taut = 2.0 * scale * abs(k * (length - rest[s]) + tension[s]) / length
+        add_square(along, i, scale * k / square, x, y, z)
+        add_square(along, j, scale * k / square, x, y, z)
+        across[i] += taut
+        across[j] += taut
 
 
 @kernel

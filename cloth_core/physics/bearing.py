@@ -56,8 +56,7 @@ class Bearing(HeldMasses):
         self._contacts, self._solve = contacts, solve
         threads = np.flatnonzero(mesh.spring_limited)
         self._threads = stiffness / mass, *_neighbours(mesh.spring_ends[threads], len(mass))
-        usual = float(np.median(mesh.spring_rest[threads])) if len(threads) else 0.0
-        self._negligible, self._known = NEGLIGIBLE * usual, True
+        self._negligible, self._known = NEGLIGIBLE * mesh.usual_thread, True
         shape = mass.shape[0], 3
         self._expected, self._total, self._kept, self._moved = (np.zeros(shape) for _ in range(4))
         self._hard, self._rooms = np.zeros((len(mass), 6)), np.zeros((2, 0, 3))

@@ -52,3 +52,15 @@ class Membrane:
             position, start, mesh.triangles, self._slope, self._area,
             self._direction, self._modulus, tension, viscosity, scale, right_side, self._apart,
         )  # fmt: skip
+
+    def add_resistance(
+        self, position: np.ndarray, tension: np.ndarray, scale: float, along: np.ndarray, across: np.ndarray
+    ) -> None:
+        """Add what resists a move of each vertex ``along`` (V, 6) kg, tensors, and ``across`` (V,) kg; see the kernel.
+
+        ``scale`` in s^2, ``tension`` (T, 2) J.
+        """
+        kernels.add_resistance(
+            position, self._mesh.triangles, self._slope, self._area, self._direction, self._modulus, tension, scale,
+            along, across,
+        )  # fmt: skip

@@ -48,3 +48,14 @@ class Springs:
             position, start, mesh.spring_ends, self._rest, self._stiffness,
             tension, viscosity, scale, right_side, self._apart,
         )  # fmt: skip
+
+    def add_resistance(
+        self, position: np.ndarray, tension: np.ndarray, scale: float, along: np.ndarray, across: np.ndarray
+    ) -> None:
+        """Add what resists a move of each vertex ``along`` (V, 6) kg, tensors, and ``across`` (V,) kg; see the kernel.
+
+        ``scale`` in s^2, ``tension`` (S,) N.
+        """
+        kernels.add_resistance(
+            position, self._mesh.spring_ends, self._rest, self._stiffness, tension, scale, along, across
+        )  # fmt: skip

@@ -192,9 +192,9 @@ def test_a_cloth_that_falls_across_a_rod_is_not_hurled_about(radius, columns, fr
     for _ in range(100):
         state = solver.step(state, Inputs())
         restrained += solver.report.restrained
-        assert energy() < before + 2.0
+        assert energy() < before + 3.0
     assert energy() < before
-    assert restrained < 0.01 * model.mesh.vertex_count
+    assert restrained < 0.02 * model.mesh.vertex_count
     assert model.sheet.energy(state.position) / mass < 0.2
 
 

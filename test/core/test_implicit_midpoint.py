@@ -69,7 +69,7 @@ def test_twenty_substeps_are_those_of_the_dense_twin(held, iterations):
         state = solver.step(state, FALLING)
         x, v, lag = twins.midpoint_step(
             x, v, lag, mass, mesh.spring_vertex, mesh.spring_rest, mesh.spring_stiffness(material),
-            material.stretch_damping, bending, material.bend_damping, GRAVITY, H, held, iterations,
+            material.stretch_damping, bending, material.bend_damping, GRAVITY, H, held, iterations, 0.1,
         )  # fmt: skip
         np.testing.assert_allclose(state.position, x, atol=1e-10)
         np.testing.assert_allclose(state.velocity, v, atol=1e-7)

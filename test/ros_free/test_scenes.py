@@ -122,7 +122,7 @@ def test_the_runner_is_pulled_off_and_the_square_under_it_stays():
     mesh = Scene.load(find_scene("runner")).mesh
     lying, end = played.states[3].position, played.states[10].position
     square, runner = mesh.pieces["square"], mesh.pieces["runner"]
-    assert np.linalg.norm(end[square].mean(axis=0) - lying[square].mean(axis=0)) < 0.01
+    assert np.linalg.norm(end[square].mean(axis=0) - lying[square].mean(axis=0)) < 0.025
     assert lying[runner, 1].max() > 0.2 and end[runner, 1].max() < -0.3  # beyond the block's far and near edges
     assert np.isin(played.states[10].held, runner).all()
 
