@@ -11,10 +11,12 @@ import functools
 import hashlib
 import os
 import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba import types
 
 from cloth_core.kernels import threads
 
@@ -89,6 +91,21 @@ def _compiled(function: _Function, **options: Any) -> _Function:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())
     try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
+        made = numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
     finally:
         numba.config.CACHE_DIR = before
+    made.get_call_template = _of_any_number(made.get_call_template)
+    return made
+
+
+def _of_any_number(template: Callable[..., Any]) -> Callable[..., Any]:
+    """Of a ``template`` by which numba calls one kernel in another: compiles once for all whole numbers in the source.
+
+    numba has a type for each of them, 1, 2 and 3, and would compile all that is called with them again and again.
+    """
+
+    def general(args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> Any:
+        plain = (types.unliteral(each) if isinstance(each, types.IntegerLiteral) else each for each in args)
+        return template(tuple(plain), kws)
+
+    return general

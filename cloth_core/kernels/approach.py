@@ -71,8 +71,9 @@ def find_points(
             moves = way[v] + travel
             if free[v] and distance[v] < 2.0 * shell + moves:
                 if moves > swift[o]:
+                    i = np.uint32(v)  # as edges name it, so that one kernel does for all
                     count = add_point(
-                        start, predicted, v, v, v, 1, bodies, o, thin[o], True, moves, shell, recover,
+                        start, predicted, i, i, i, 1, bodies, o, thin[o], moves > swift[o], moves, shell, recover,
                         inverse_mass, points, count, begin, end, weight,
                     )  # fmt: skip
                 else:

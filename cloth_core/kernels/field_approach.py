@@ -93,8 +93,9 @@ def find_field_points(
             moves = way[v] + travel
             if free[v] and distance[v] < 2.0 * shell + moves:
                 if moves > shell:
+                    i = np.uint32(v)  # as edges name it, so that one kernel does for all
                     count = add_field_point(
-                        start, predicted, v, v, v, 1, bodies, o, f,
+                        start, predicted, i, i, i, 1, bodies, o, f,
                         real, whole, coarse, occupied, brick, node, fine, split, plane, spacing, moves, shell, recover,
                         inverse_mass, points, count, begin, end, weight,
                     )  # fmt: skip
