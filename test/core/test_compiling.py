@@ -5,9 +5,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 import pytest
+from numba import types
 
 from cloth_core import compiling
-from cloth_core.kernels import momentum
+from cloth_core.kernels import kernel, momentum
 
 
 def test_each_of_our_kernels_is_told_when_it_begins_to_compile():
@@ -30,3 +31,18 @@ def test_each_of_our_kernels_is_told_when_it_begins_to_compile():
     numba.njit(momentum._turn_about_line.py_func)(along, inertia, twist, turn)  # nobody listens any more
     assert said == [(1, "_turn_about_line"), (2, "_turn_about_line")]
     assert turn == pytest.approx([3.0, 0.0, 0.0])
+
+
+@kernel
+def _half(number):
+    return 0.5 * number
+
+
+def test_a_kernel_called_with_several_numbers_of_the_source_is_compiled_once():
+    for number in (1, 2, 3):
+        _half.get_call_template((types.literal(number),), {})
+    _half.get_call_template((types.int64,), {})
+    assert _half.signatures == [(types.int64,)]
+    assert _half(3) == 1.5
+    _half.get_call_template((types.float64,), {})
+    assert _half.signatures == [(types.int64,), (types.float64,)]
