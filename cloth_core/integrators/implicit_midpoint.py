@@ -39,6 +39,9 @@ USUAL_SWEEPS, TOLERATED_EXCESS = 6, 0.005
 what hangs still would tremble."""
 MUCH = 0.01
 """Of the usual thread, that a local and global step may change a vertex without another one."""
+DRAWN = 20.0
+"""Times the way that gravity alone leads in half a substep: threads of what lies draw it into an obstacle by up to ten,
+in every substep, and nothing buckles."""
 RESOLVED = 0.1
 """Share of the shortest thread at a vertex by which half an acceleration may move it in a substep. One step of W
 follows threads that turn by a small angle; beyond, the midpoint rule feeds a whipping chain without end. There what
@@ -120,10 +123,10 @@ class ImplicitMidpoint:
             self._bending.bend(position, velocity, self._lag, substep.gravity, substep.held)
         inertial, middle = self.predict(position, velocity, substep)
         met = self.meet(position, inertial, middle, substep)
-        self.iterate(position, inertial, middle, substep.held)
+        self.iterate(position, inertial, middle, substep)
         if met and self._strays(position, middle):
             self.undo_meeting(inertial, middle)
-            self.iterate(position, inertial, middle, substep.held)
+            self.iterate(position, inertial, middle, substep)
         end, sweeps, excess = self.finish(position, inertial, middle, substep)
         if excess > ALARMING_EXCESS and substep.sweeps > USUAL_SWEEPS and not model.contacts.touching:
             self.relax(position, inertial, middle, substep.held, settled=True)
@@ -185,15 +188,16 @@ class ImplicitMidpoint:
         self._sudden[:] = 0.0
         self._bearing.forget()
 
-    def iterate(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray) -> None:
+    def iterate(self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, substep: Substep) -> None:
         """As many local and global steps as are wanted, of a ``middle`` (V, 3) m that is at ``inertial``, in place.
 
         One more where they change much: that is where cloth meets something, and its threads are pressed.
         """
         for number in range(self.iterations):
-            self.relax(position, inertial, middle, held, settled=number > 0)
-        if along.farthest(self._change) > self._much:
-            self.buckle(position, inertial, middle, held)
+            self.relax(position, inertial, middle, substep.held, settled=number > 0)
+        resting = DRAWN * 0.25 * substep.h**2 * float(np.linalg.norm(substep.gravity))
+        if along.farthest(self._change) > max(self._much, resting):
+            self.buckle(position, inertial, middle, substep.held)
 
     def relax(
         self, position: np.ndarray, inertial: np.ndarray, middle: np.ndarray, held: np.ndarray, *, settled: bool
