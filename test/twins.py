@@ -513,7 +513,7 @@ def midpoint_step(
         change = solve(residual(z))
         z = z + change
     hundredth = 0.01 * thread
-    if np.abs(change).max() > max(hundredth, 12 * quarter * np.linalg.norm(gravity)):
+    if np.abs(change).max() > max(hundredth, 15 * quarter * np.linalg.norm(gravity)):
         change = buckled(z, residual, solve, spring_vertex, rest, k, quarter * (1 + viscosity), mass, held, hundredth)
         z, sudden = z + change, 2 * change
     z = balanced(z, inertial, z, mass, held)

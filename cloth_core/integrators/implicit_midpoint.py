@@ -39,9 +39,9 @@ USUAL_SWEEPS, TOLERATED_EXCESS = 6, 0.005
 what hangs still would tremble."""
 MUCH = 0.01
 """Of the usual thread, that a local and global step may change a vertex without another one."""
-DRAWN = 12.0
-"""Times the way that gravity alone leads in half a substep: threads of what lies draw it into an obstacle by about that,
-in every substep, and nothing buckles."""
+DRAWN = 15.0
+"""Times the way that gravity alone leads in half a substep: threads of what lies draw it into an obstacle by about so
+much in every substep, and nothing buckles."""
 RESOLVED = 0.1
 """Share of the shortest thread at a vertex by which half an acceleration may move it in a substep. One step of W
 follows threads that turn by a small angle; beyond, the midpoint rule feeds a whipping chain without end. There what
