@@ -23,7 +23,7 @@ import numpy as np
 
 from cloth_core.config import SolverConfig
 from cloth_core.integrators.model import Model, Substep
-from cloth_core.kernels import along, midpoint, surface
+from cloth_core.kernels import midpoint, surface
 from cloth_core.mesh import ClothMesh
 from cloth_core.physics.along import AlongThreads
 from cloth_core.physics.bending import LEAST_DAMPING, SLOWEST, Bending
@@ -196,7 +196,7 @@ class ImplicitMidpoint:
         for number in range(self.iterations):
             self.relax(position, inertial, middle, substep.held, settled=number > 0)
         resting = DRAWN * 0.25 * substep.h**2 * float(np.linalg.norm(substep.gravity))
-        if along.farthest(self._change) > max(self._much, resting):
+        if midpoint.farthest_apart(self._change, self._nothing) > max(self._much, resting):
             self.buckle(position, inertial, middle, substep.held)
 
     def relax(
@@ -225,10 +225,11 @@ class ImplicitMidpoint:
         self._along.solve(self._right_side, change, self._much)
         change[held] = 0.0
         model.balance.correct(middle, self._nothing, change, held)
-        slope = np.vdot(change, self._right_side)
+        # No product of BLAS: how that adds up depends on the number of its threads.
+        slope = np.einsum("va,va->", change, self._right_side)
         middle += change
         self._find_right_side(position, inertial, middle, settled=True)
-        beyond = np.vdot(change, self._right_side)
+        beyond = np.einsum("va,va->", change, self._right_side)
         if beyond < 0.0:
             middle -= beyond / (beyond - slope) * change
             change *= slope / (slope - beyond)

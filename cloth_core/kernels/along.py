@@ -56,13 +56,3 @@ def join(hard, push, mass, across, most, moved):
         way = math.sqrt(x * x + y * y + z * z)
         share = most / way if way > most else 1.0
         moved[v, 0], moved[v, 1], moved[v, 2] = share * x, share * y, share * z
-
-
-@kernel
-def farthest(way):
-    """m, the largest coordinate of a ``way`` (V, 3) m."""
-    most = 0.0
-    for v in range(way.shape[0]):
-        for a in range(3):
-            most = max(most, abs(way[v, a]))
-    return most

@@ -9,7 +9,7 @@ import math
 
 from numba import prange
 
-from cloth_core.kernels import inlined_kernel, kernel, lane_kernel, shared_kernel
+from cloth_core.kernels import inlined_kernel, kernel, shared_kernel
 from cloth_core.kernels.along import SOFT, joined
 from cloth_core.kernels.bodies import Bodies, surface_displacement
 from cloth_core.kernels.contact import Points, add, move, where
@@ -207,13 +207,3 @@ def give(points: Points, count, inverse_mass, hard, total, lack, force, moved, e
         pushed[p] += press
         spent[p] += math.sqrt(max(fx * fx + fy * fy + fz * fz - press * press, 0.0))
         add(shift, p, fx, fy, fz)
-
-
-@lane_kernel
-def farthest_apart(one, other):
-    """m, the most by which a coordinate of ``one`` (V, 3) m differs from that of the ``other``."""
-    most = 0.0
-    for v in range(one.shape[0]):
-        for a in range(3):
-            most = max(most, abs(one[v, a] - other[v, a]))
-    return most

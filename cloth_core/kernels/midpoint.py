@@ -83,3 +83,13 @@ def add_inertia(mass, inertial, position, right_side):
     for v in range(mass.shape[0]):
         for a in range(3):
             right_side[v, a] += mass[v] * (inertial[v, a] - position[v, a])
+
+
+@lane_kernel
+def farthest_apart(one, other):
+    """m, the most by which a coordinate of ``one`` (V, 3) m differs from that of the ``other``."""
+    most = 0.0
+    for v in range(one.shape[0]):
+        for a in range(3):
+            most = max(most, abs(one[v, a] - other[v, a]))
+    return most

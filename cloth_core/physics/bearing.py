@@ -21,6 +21,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cloth_core.kernels import bearing as kernels
+from cloth_core.kernels import midpoint
 from cloth_core.mesh import ClothMesh
 from cloth_core.physics.contacts import Contacts
 from cloth_core.physics.stretch_limit import HeldMasses
@@ -84,7 +85,7 @@ class Bearing(HeldMasses):
 
     def strays(self, end: np.ndarray) -> bool:
         """Whether the ``end`` (V, 3) m is farther from where points were looked for than they are looked for."""
-        return bool(self._contacts.names) and kernels.farthest_apart(end, self._expected) > self._contacts.shell
+        return bool(self._contacts.names) and midpoint.farthest_apart(end, self._expected) > self._contacts.shell
 
     def forget(self) -> None:
         """Nothing was met in this substep, and who may touch is to be found again."""
