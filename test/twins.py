@@ -453,6 +453,11 @@ def along_threads(z, spring_vertex, rest, k, scale):
     return along, across
 
 
+def tensors(rows):
+    """(V, 3, 3) of upper halves, row by row."""
+    return rows[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+
+
 def projections(along, mass, soft=0.7):
     """(V, 3, 3) onto what is stiffer than ``soft`` times the mass."""
     value, axis = np.linalg.eigh(along)

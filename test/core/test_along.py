@@ -20,11 +20,6 @@ SCALE = 1e-6
 """s^2"""
 
 
-def tensors(rows: np.ndarray) -> np.ndarray:
-    """(V, 3, 3) of upper halves, row by row."""
-    return rows[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
-
-
 def crumpled(random: np.random.Generator, mesh: ClothMesh) -> np.ndarray:
     """(V, 3) m, stretched here and pressed there."""
     return mesh.rest_position * random.uniform(0.9, 1.2) + random.normal(0.0, 0.004, mesh.rest_position.shape)
@@ -64,12 +59,12 @@ def test_what_resists_is_more_than_how_forces_change_and_along_threads_no_more(s
         moved = np.zeros_like(x)
         moved[v] = 1e-7 * way
         needed = (force(x - moved) - force(x + moved))[v] @ way / 2e-7
-        borne = way @ tensors(along)[v] @ way
+        borne = way @ twins.tensors(along)[v] @ way
         assert needed <= (borne + across[v]) * (1.0 + 1e-4)
     moved = 1e-7 * random.normal(size=x.shape)
     needed = np.sum((force(x - moved) - force(x + moved)) * moved) / 2.0
     # The stiffness along threads is that of each vertex alone; of a move of all of them it is at most so many times.
-    borne = (3 if woven else 2) * np.einsum("va,vab,vb->", moved, tensors(along), moved)
+    borne = (3 if woven else 2) * np.einsum("va,vab,vb->", moved, twins.tensors(along), moved)
     assert needed <= (borne + across @ (moved**2).sum(axis=1)) * (1.0 + 1e-4)
 
 
@@ -90,7 +85,7 @@ def test_threads_are_pushed_through_w_and_across_them_against_their_inertia(seed
 
     along, across = np.zeros((len(mass), 6)), np.zeros(len(mass))
     made.add_resistance(x, tension, SCALE, along, across)
-    expected = twins.spread_along(lambda push: w @ push, push, tensors(along), across, mass)
+    expected = twins.spread_along(lambda push: w @ push, push, twins.tensors(along), across, mass)
     way = np.linalg.norm(expected, axis=1)
     farthest = np.median(way)
     expected *= np.minimum(1.0, farthest / way)[:, None]

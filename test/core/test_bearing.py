@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,11 +23,6 @@ from cloth_core.state import State
 GRAVITY = np.array([0.0, 0.0, -9.81])
 SEEDS = st.integers(0, 2**32 - 1)
 ALONG_X = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
-
-
-def tensors(rows: np.ndarray) -> np.ndarray:
-    """(V, 3, 3) of upper halves, row by row."""
-    return rows[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
 
 
 class Falling:
@@ -72,16 +68,12 @@ class Falling:
 
     def hardness(self) -> np.ndarray:
         """(V, 3, 3) by eigenvalues."""
-        hard = []
+        along = np.zeros((len(self.end), 3, 3))
         for v in range(len(self.end)):
             ways = self.end[self.neighbour[self.begins[v] : self.begins[v + 1]]] - self.end[v]
-            along = ways / np.linalg.norm(ways, axis=1, keepdims=True)
-            value, axis = np.linalg.eigh(self.stiffness[v] / len(ways) * along.T @ along)
-            share = value / (value + kernels.SOFT)
-            for _ in range(2):
-                share = 3.0 * share**2 - 2.0 * share**3
-            hard.append(axis * share @ axis.T)
-        return np.array(hard)
+            ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+            along[v] = self.stiffness[v] / len(ways) * ways.T @ ways
+        return twins.projections(along, np.ones(len(along)))
 
 
 @settings(max_examples=20, deadline=None)
@@ -89,7 +81,7 @@ class Falling:
 def test_threads_bear_what_goes_along_them(seed):
     falling = Falling(seed)
     kernels.find_hardness(falling.end, falling.stiffness, falling.begins, falling.neighbour, falling.hard)
-    np.testing.assert_allclose(tensors(falling.hard), falling.hardness(), atol=1e-9)
+    np.testing.assert_allclose(twins.tensors(falling.hard), falling.hardness(), atol=1e-9)
 
 
 @settings(max_examples=20, deadline=None)
